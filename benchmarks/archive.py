@@ -32,7 +32,7 @@ from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import TrackingPipeline, load_probe
 from ocmm_shop.archive.questions import Query, cpk_by_month, parts, passed, today, trend, used
 from ocmm_shop.archive.records import Delivery, Sender, extract_job, snapshot
-from ocmm_shop.archive.stores import SqlArchive, open_archive
+from ocmm_shop.archive.stores import Archive, open_archive
 from ocmm_sim.scene import VirtualRig, load_part
 from tests.shop.archive.made_jobs import START, made_delivery, made_sender
 
@@ -109,7 +109,7 @@ def timed(call: Callable[[], object], times: int = 5) -> float:
     return statistics.median(found)
 
 
-def questions(archive: SqlArchive, jobs: int) -> dict[str, float]:
+def questions(archive: Archive, jobs: int) -> dict[str, float]:
     """Return how long each question takes, ms."""
     middle = (START + timedelta(minutes=5.256 * jobs / 2)).astimezone().date()
     some = f"{jobs // 2 * CALIBRATIONS // 100_000 % CALIBRATIONS:064x}"
@@ -140,7 +140,7 @@ def questions(archive: SqlArchive, jobs: int) -> dict[str, float]:
 class ReadBack:
     """Times the read-back of an archive before a job counts as handed over."""
 
-    def __init__(self, archive: SqlArchive) -> None:
+    def __init__(self, archive: Archive) -> None:
         self.s = 0.0
         for name in ("_settle", "_check_rows", "_check_kept"):
             setattr(archive, name, self._timed(getattr(archive, name)))
@@ -154,7 +154,7 @@ class ReadBack:
         return timed
 
 
-def hand_over(archive: SqlArchive, files: list[Path], sender: Sender) -> None:
+def hand_over(archive: Archive, files: list[Path], sender: Sender) -> None:
     """Time each step of handing over real files."""
     steps: dict[str, list[float]] = {
         "snapshot": [], "rows of the file": [], "handed over": [], "of it read back": [],
@@ -207,7 +207,7 @@ def main() -> None:
             _run(archive, options, folder)
 
 
-def _run(archive: SqlArchive, options: argparse.Namespace, folder: Path) -> None:
+def _run(archive: Archive, options: argparse.Namespace, folder: Path) -> None:
     assert not archive.query("SELECT 1 FROM job LIMIT 1").rows, "the archive must be empty"
     print(f"{options.store}, {options.results} characteristics a job")
     stages = sorted({options.jobs // 10, options.jobs // 3, options.jobs})

@@ -11,25 +11,10 @@ from typing import Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
-from ocmm_cli import calibrate, study
+from ocmm_cli import calibrate, measure, study
 from ocmm_cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_cli.archive import archive_app
 from ocmm_cli.bus import bus_app, camera_app, rig_app
-from ocmm_cli.measure import (
-    align_command,
-    align_plan_command,
-    certificate_app,
-    compare_command,
-    demo,
-    environment_command,
-    has_display,
-    measure,
-    open_window,
-    plan_app,
-    recall_archived,
-    recall_command,
-    report_command,
-)
 from ocmm_cli.options import describe, described, read_typed_numbers
 from ocmm_cli.station import audit_app, key_app, settings_app, station_app, support_app
 from ocmm_cli.terminal import make_console, tr
@@ -47,14 +32,13 @@ def record(
     The recording survives a crash at any moment: all complete frames can be replayed.
     Stop a live source with --seconds or Ctrl-C.
     """
-    from ocmm_cli.measure import record_source
     from ocmm_core.composition import StationRequest
 
     request = StationRequest(
         plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
         speed=speed, force=force, reference=reference,
     )  # fmt: skip
-    record_source(request, out, seconds, make_console())
+    measure.record_source(request, out, seconds, make_console())
 
 
 def bench(*, seconds: float, memory: float) -> None:
@@ -89,7 +73,7 @@ def window(context: typer.Context) -> None:
 
     Settings (`ocmm settings show`) apply unless an option is given.
     """
-    open_window(*context.args)
+    measure.open_window(*context.args)
 
 
 calibrate.calibrate_app.command()(calibrate.write_cameras)
@@ -98,23 +82,23 @@ calibrate.calibrate_app.command()(calibrate.scale)
 calibrate.calibrate_app.command(name="probe")(calibrate.probe_command)
 calibrate.calibrate_app.command(name="tip")(calibrate.tip_command)
 calibrate.calibrate_app.command(name="check-tip")(calibrate.check_tip_command)
-archive_app.command(name="recall")(recall_archived)
+archive_app.command(name="recall")(measure.recall_archived)
 for command in (calibrate.mount_tip, calibrate.probe_status, calibrate.probe_history):
     calibrate.calibrate_app.command()(command)
 
 _COMMANDS: dict[str, typer.Typer | Callable[..., None]] = {
-    "align": align_command,
-    "align-plan": align_plan_command,
-    "compare": compare_command,
-    "environment": environment_command,
+    "align": measure.align_command,
+    "align-plan": measure.align_plan_command,
+    "compare": measure.compare_command,
+    "environment": measure.environment_command,
     "uncertainty": study.uncertainty_command,
-    "report": report_command,
-    "recall": recall_command,
+    "report": measure.report_command,
+    "recall": measure.recall_command,
     "fit": study.fit_command,
     "verify-fits": study.verify_fits_command,
     "window": window,
-    "demo": demo,
-    "measure": measure,
+    "demo": measure.demo,
+    "measure": measure.measure,
     "record": record,
     "bench": bench,
     "compile": compile_command,
@@ -124,11 +108,11 @@ _COMMANDS: dict[str, typer.Typer | Callable[..., None]] = {
     "calibrate": calibrate.calibrate_app,
     "study": study.study_app,
     "probe": study.probe_app,
-    "plan": plan_app,
+    "plan": measure.plan_app,
     "archive": archive_app,
     "audit": audit_app,
     "key": key_app,
-    "certificate": certificate_app,
+    "certificate": measure.certificate_app,
     "station": station_app,
     "settings": settings_app,
     "support": support_app,
@@ -230,8 +214,8 @@ def _options(
         os.environ["OCMM_LANGUAGE"] = language
     if context.invoked_subcommand is not None:
         return
-    if has_display():
-        open_window("--start")
+    if measure.has_display():
+        measure.open_window("--start")
     typer.echo(context.get_help())
 
 

@@ -54,7 +54,7 @@ def _main() -> None:
             if isinstance(stop, KeyboardInterrupt):
                 # typer makes an exit of it and says nothing.
                 _tell_stopped(stop)
-            if end.code == 1 and isinstance(cause, Exception) and _is_crash(cause):
+            if end.code == 1 and isinstance(cause, Exception) and type(cause).__name__ != "Exit":
                 # typer reports the end of a pipe or file as "aborted", with the code of a
                 # nonconforming part.
                 _give_up(cause.__cause__ or cause, piped=piped)
@@ -87,11 +87,6 @@ def _tell_stopped(stop: KeyboardInterrupt) -> None:
     if _measures():
         told = tr("ocmm: stopped; all points taken are saved in the job file.")
     sys.stderr.write(f"{told} {stop}".rstrip() + "\n")
-
-
-def _is_crash(error: Exception) -> bool:
-    """Return whether typer ended because of an exception, not by the command's own exit."""
-    return type(error).__name__ != "Exit"
 
 
 def _give_up(error: BaseException, *, piped: bool) -> NoReturn:

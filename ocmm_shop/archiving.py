@@ -22,10 +22,6 @@ from ocmm_shop.archive.stores import check_address, is_server, parse_server
 LOCAL, OFF = "local", "off"
 
 
-def _is_off(address: str) -> bool:
-    return address.strip().lower() == OFF
-
-
 def archive_place(
     address: str | None = None, settings: Settings | None = None, outbox: Path | None = None
 ) -> ArchivePlace | None:
@@ -36,7 +32,7 @@ def archive_place(
     """
     settings = settings or SettingsStore.of_this_user().load().settings
     chosen = (address if address is not None else settings.archive_address).strip()
-    if _is_off(chosen):
+    if chosen.lower() == OFF:
         return None
     if chosen.lower() == LOCAL:
         chosen = ""
@@ -47,6 +43,18 @@ def archive_place(
         # The password is of another login, e.g. the owner's, whose own is in PGPASSWORD.
         password = None
     return ArchivePlace(chosen, settings.archive_station, outbox or default_outbox(), password)
+
+
+def required_place(address: str | None, outbox: Path | None = None) -> ArchivePlace:
+    """Return the places of archive and outbox; InputError if the archive is off."""
+    place = archive_place(address, outbox=outbox)
+    if place is None:
+        raise InputError(
+            "archive.off",
+            "The archive is off.",
+            "Turn it on: ocmm settings set archive.address local, or give --archive.",
+        )
+    return place
 
 
 def _login(address: str) -> tuple[str, str, str] | None:

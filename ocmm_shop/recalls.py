@@ -50,10 +50,9 @@ _USED = (
 )
 
 _USED_LATE = (
-    "SELECT u.job_id, d.sent_utc, d.received_utc FROM archived_use u"
-    " JOIN delivery d ON d.job = u.job_id WHERE u.used_kind = :kind"
-    " AND (u.identity = :identity OR u.name = :identity)"
-    " AND u.created_utc < :since AND d.received_utc >= :since"
+    "SELECT u.job_id, d.sent_utc, d.received_utc FROM archived_use u JOIN delivery d ON d.job = "
+    "u.job_id WHERE u.used_kind = :kind AND (u.identity = :identity OR u.name = :identity) AND "
+    "u.created_utc < :since AND d.received_utc >= :since"
 )
 
 

@@ -119,23 +119,11 @@ def scenes_of_step(site: sources.VirtualSite, rig: Rig, procedure: Any) -> Scene
     return ()
 
 
-def _known_points(site: sources.VirtualSite, _rig: Rig, procedure: KnownPointsProcedure) -> (
-    Mapping[str, Scenes]
-):  # fmt: skip
-    return {"collect": sources.scenes_of_known_points(site, procedure.view, procedure.points)}
-
-
 def _relocation(
     site: sources.VirtualSite, rig: Rig, procedure: RelocationProcedure
 ) -> Mapping[str, Scenes]:
     found = sources.relocation_by_step(site, rig, procedure.view, procedure.bar, procedure.control)
     return {step: (scene,) for step, scene in found.items()}
-
-
-def _verification(site: sources.VirtualSite, rig: Rig, procedure: VerificationProcedure) -> (
-    Mapping[str, Scenes]
-):  # fmt: skip
-    return sources.verification_by_step(site, rig, procedure.view, procedure.bar, procedure.spheres)
 
 
 def _pivot(site: sources.VirtualSite, _rig: Rig, procedure: PivotProcedure) -> Mapping[str, Scenes]:
@@ -165,9 +153,13 @@ def _tip(
 
 
 _SCENES: Mapping[type, Callable[[sources.VirtualSite, Rig, Any], Mapping[str, Scenes]]] = {
-    KnownPointsProcedure: _known_points,
+    KnownPointsProcedure: lambda site, _, procedure: {
+        "collect": sources.scenes_of_known_points(site, procedure.view, procedure.points)
+    },
     RelocationProcedure: _relocation,
-    VerificationProcedure: _verification,
+    VerificationProcedure: lambda site, rig, procedure: sources.verification_by_step(
+        site, rig, procedure.view, procedure.bar, procedure.spheres
+    ),
     PivotProcedure: _pivot,
     TipQualificationProcedure: _tip,
     TipCheckProcedure: _tip,

@@ -15,16 +15,15 @@ import random
 import shutil
 import signal
 import sys
-import tempfile
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from ocmm_bench.campaign._faulty_disk import build, served, why_not_here
+from ocmm_bench.campaign._faulty_disk import served
 from ocmm_bench.campaign._kills import measure_job
-from ocmm_bench.campaign._trials import NotRunError, Trial, forked
+from ocmm_bench.campaign._trials import Trial, forked
 from ocmm_bench.campaign._work import sample_job, sample_point
 from ocmm_bench.campaign._writers import SITES, Site, other_station
 from ocmm_core.calibration.records import State
@@ -114,14 +113,7 @@ _FIRST, _LAST = datetime(1990, 1, 1, tzinfo=UTC), datetime(2090, 1, 1, tzinfo=UT
 
 def clock(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
     """Yield the result of each series of jumps."""
-    lacking = why_not_here()
-    if lacking:
-        raise NotRunError(lacking)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        library = build(folder, WRONG_CLOCK)
-        order = seed, runs, done, folder
-        yield from served("clock", library, serve_clock.__name__, order, PRELUDE)
+    yield from served("clock", WRONG_CLOCK, serve_clock.__name__, (seed, runs, done), PRELUDE)
 
 
 def serve_clock() -> None:

@@ -26,7 +26,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from ocmm_bench.campaign._faulty_disk import CALLS, FaultyDisk, build, served, why_not_here
+from ocmm_bench.campaign._faulty_disk import CALLS, FAULTY_DISK, FaultyDisk, served
 from ocmm_bench.campaign._trials import NotRunError, Trial, forked, read_numbers
 from ocmm_bench.campaign._work import WORKS, append_points, lost_points, outcome_of
 from ocmm_core.documents import write_atomic
@@ -88,7 +88,7 @@ def _cut(folder: Path, path: Path, seed: int, number: int) -> Trial:
     rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments of a cut, no secret
     before = _points_of(path)
     child, pipe = forked(
-        lambda to: append_points(path, lambda point: _write_number(to, point), _ENDLESS)
+        lambda to: append_points(path, lambda point: os.write(to, b"%d\n" % point), _ENDLESS)
     )
     time.sleep(rng.uniform(0.0, _LONGEST_S))
     os.kill(child, signal.SIGSTOP)
@@ -132,10 +132,6 @@ def _points_of(path: Path) -> list[int]:
         return [point.number for point in job.points()]
 
 
-def _write_number(pipe: int, number: int) -> None:
-    os.write(pipe, b"%d\n" % number)
-
-
 def _mount(image: Path, where: Path) -> None:
     where.mkdir(exist_ok=True)
     _run("mount", "-o", "loop", str(image), str(where))
@@ -155,13 +151,7 @@ _STRIDE = 37
 
 def faults(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
     """Yield the result of each fault; about 1,500 in all, ``runs`` limits them."""
-    lacking = why_not_here()
-    if lacking:
-        raise NotRunError(lacking)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        order = seed, runs, done, folder
-        yield from served("faults", build(folder), serve_faults.__name__, order)
+    yield from served("faults", FAULTY_DISK, serve_faults.__name__, (seed, runs, done))
 
 
 def serve_faults() -> None:
@@ -227,7 +217,7 @@ def _try(
         note = str(error)
     else:
         note = ""
-    whole = len(acknowledged) == len(_whole(work))
+    whole = len(acknowledged) == (2 if work in ("report", "settings") else 3)
     found["errors not told"] = int(hits > 0 and _ENDS[ended] == "done" and not whole)
     found["tracebacks"] = int(_ENDS[ended] == "traceback")
     found["descriptors synced again"] = again
@@ -237,8 +227,3 @@ def _try(
         kind = "and all after it" if stay else "once"
         note = f"{work}: {call} {nth} {kind}, {errno.errorcode[code]}. {note}".strip()
     return len(acknowledged), found, note
-
-
-def _whole(work: str) -> range:
-    """Return the acknowledgements of a run without faults."""
-    return range(2 if work in ("report", "settings") else 3)

@@ -13,10 +13,11 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from ocmm_bench.campaign._trials import Trial
+from ocmm_bench.campaign._trials import NotRunError, Trial
 
 CALLS = (
     "open", "write", "pwrite", "fsync", "fdatasync", "ftruncate", "rename", "link", "unlink",
@@ -24,7 +25,7 @@ CALLS = (
 )  # fmt: skip
 """Calls that can fail, in the order of the library."""
 
-_SOURCE = r"""
+FAULTY_DISK = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -154,7 +155,7 @@ def why_not_here() -> str:
     return "" if shutil.which("cc") else "needs a C compiler, cc"
 
 
-def build(folder: Path, text: str = _SOURCE) -> Path:
+def build(folder: Path, text: str = FAULTY_DISK) -> Path:
     """Compile a preloadable library into a folder and return its path."""
     source, library = folder / "before_system.c", folder / "before_system.so"
     source.write_text(text, encoding="utf-8")
@@ -171,35 +172,35 @@ def with_faults(library: Path) -> dict[str, str]:
 
 
 def served(
-    lane: str,
-    library: Path,
-    serve: str,
-    order: tuple[int, int, frozenset[int], Path],
-    prelude: str = "",
+    lane: str, text: str, serve: str, order: tuple[int, int, frozenset[int]], prelude: str = ""
 ) -> Iterator[Trial]:
-    """Yield the trials of a lane run by a separate program with a preloaded library.
+    """Yield the trials of a lane run by a separate program with a preloaded library, from its text.
 
     ``serve``: public function of this package that prints ``[number, acknowledged, found, note]``
-    of each trial, given ``order``: seed, number of trials, finished trials, working folder;
-    ``prelude`` is code to run first.
+    of each trial, given ``order``: seed, number of trials, finished trials; and a working folder.
+    ``prelude`` is code to run first. NotRunError: the library cannot be made here.
     """
-    seed, runs, done, folder = order
-    program = subprocess.Popen(  # noqa: S603 - this program again
-        [
-            sys.executable, "-c",
-            f"{prelude}import ocmm_bench.campaign as campaign; campaign.{serve}()",
-            json.dumps([seed, runs, sorted(done), str(folder)]),
-        ],
-        env=with_faults(library), stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert program.stdout is not None  # noqa: S101 - it is a pipe
-    with program:
-        try:
-            for line in program.stdout:
-                number, acknowledged, found, note = json.loads(line)
-                yield Trial(lane, seed, number, acknowledged, found, note)
-        finally:
-            program.kill()
+    lacking = why_not_here()
+    if lacking:
+        raise NotRunError(lacking)
+    seed, runs, done = order
+    with tempfile.TemporaryDirectory() as folder:
+        program = subprocess.Popen(  # noqa: S603 - this program again
+            [
+                sys.executable, "-c",
+                f"{prelude}import ocmm_bench.campaign as campaign; campaign.{serve}()",
+                json.dumps([seed, runs, sorted(done), folder]),
+            ],
+            env=with_faults(build(Path(folder), text)), stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert program.stdout is not None  # noqa: S101 - it is a pipe
+        with program:
+            try:
+                for line in program.stdout:
+                    number, acknowledged, found, note = json.loads(line)
+                    yield Trial(lane, seed, number, acknowledged, found, note)
+            finally:
+                program.kill()
 
 
 class FaultyDisk:

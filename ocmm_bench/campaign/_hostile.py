@@ -17,7 +17,6 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from ocmm_bench.campaign._hostile_documents import (
@@ -26,6 +25,7 @@ from ocmm_bench.campaign._hostile_documents import (
     points_kinds,
     recording_kinds,
     table_kinds,
+    writes,
 )
 from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
 from ocmm_bench.campaign._hostile_runs import REFUSED, CommandResult, Forgery, run_aside, run_here
@@ -49,17 +49,6 @@ writer = STEPControl_Writer()
 writer.Transfer(BRepAlgoAPI_Cut(BRepAlgoAPI_Cut(box, bore).Shape(), cone).Shape(), STEPControl_AsIs)
 writer.Write(sys.argv[1])
 """
-
-
-def has_models() -> bool:
-    """Return whether models can be read: the extra ``step`` is installed."""
-    return importlib.util.find_spec("OCP") is not None
-
-
-def write_good_step(path: Path) -> None:
-    """Write a block with a bore and a cone; needs the extra ``step``."""
-    command = [sys.executable, "-c", _GOOD, str(path)]
-    subprocess.run(command, check=True, capture_output=True)  # noqa: S603 - the text above
 
 
 def step_kinds(good: str, seed: int) -> list[Forgery]:
@@ -91,7 +80,9 @@ def step_kinds(good: str, seed: int) -> list[Forgery]:
             r"(#\d+) ?=([^;]*);", lambda m: f"{m[1]}={re.sub('#[0-9]+', m[1], m[2])};", good
         ),
         "every reference is the next": re.sub(
-            r"\(([^;]*)\);", lambda m: "(" + re.sub(r"#(\d+)", _next, m[1]) + ");", good
+            r"\(([^;]*)\);",
+            lambda m: "(" + re.sub(r"#(\d+)", lambda n: f"#{int(n[1]) + 1}", m[1]) + ");",
+            good,
         ),
         "every entity is another": re.sub(r"= ?([A-Z_]+)\(", "=CARTESIAN_POINT(", good),
         "no name of a shape": good.replace("MANIFOLD_SOLID_BREP", "MANIFOLD_SOLID"),
@@ -111,36 +102,23 @@ def step_kinds(good: str, seed: int) -> list[Forgery]:
         "a chain of 100,000", "units in light years", "a schema that nobody has", "no head",
         "twice the same", "twice the same data", "units of nothing", "all numbers -1",
     }  # fmt: skip
-    kinds = [
-        Forgery(name, partial(_write, text.encode()), name in harmless)
-        for name, text in whole.items()
-    ]
+    kinds = [Forgery(name, writes(text.encode()), name in harmless) for name, text in whole.items()]
     raw = {
         "no UTF-8": good.replace("'", "'\udcff\udcc3", 40).encode("utf-8", "surrogateescape"),
         "noughts behind it": good.encode() + bytes(1_000_000),
         "noughts within": good.encode()[:3000] + bytes(1000) + good.encode()[3000:],
         "UTF-16": b"ISO-10303-21;" + good.encode("utf-16"),
     }
-    kinds += [
-        Forgery(name, partial(_write, content), harmless=True) for name, content in raw.items()
-    ]
+    kinds += [Forgery(name, writes(content), harmless=True) for name, content in raw.items()]
     for number in range(_DAMAGED):
         content = _damaged(good, random.Random(f"{seed} {number}"))  # noqa: S311 - no secret
-        kinds.append(Forgery(f"damaged {number}", partial(_write, content), harmless=True))
+        kinds.append(Forgery(f"damaged {number}", writes(content), harmless=True))
     return kinds
-
-
-def _write(content: bytes, _good: Path, path: Path) -> None:
-    path.write_bytes(content)
 
 
 def _numbers(text: str, instead: str, most: int) -> str:
     """Replace reals of the data; -1 is all of them."""
     return re.sub(r"(?<=[(,])-?\d+\.\d*(?:E[+-]?\d+)?(?=[,)])", instead, text, count=max(most, 0))
-
-
-def _next(found: re.Match[str]) -> str:
-    return f"#{int(found[1]) + 1}"
 
 
 def _more(head: str, body: str, end: str, last: int, entity: str, n: int) -> str:
@@ -199,9 +177,10 @@ def good_files(folder: Path) -> dict[str, Path]:
     good |= {"points": folder / "good.txt", "table": folder / "good.csv"}
     good["points"].write_text("0 0 0\n1 0 0\n0 1 0\n1 1 0.01\n", "utf-8")
     good["table"].write_text("name,shape,x,y,z,diameter\nS1,Sphere,0,0,0,20\n", "utf-8")
-    if has_models():
+    if importlib.util.find_spec("OCP") is not None:
         good["step"] = folder / "good.step"
-        write_good_step(good["step"])
+        command = [sys.executable, "-c", _GOOD, str(good["step"])]
+        subprocess.run(command, check=True, capture_output=True)  # noqa: S603 - the text above
     next((folder / "measured").glob("*.ocmm")).rename(good["job"])
     with JobFile.open(good["job"]) as job:
         if not job.points():
@@ -220,12 +199,10 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
     quick = str(resource("plans", "quick.toml"))
 
     def recorded(option: str) -> Command:
-        def command(file: Path, out: Path) -> list[str]:
-            plan = [] if option == "--plan" else ["--plan", quick]
-            to = str(out / "x.ocrec")
-            return ["record", option, str(file), *plan, "--seconds", "0.1", "--out", to]
-
-        return command
+        plan = [] if option == "--plan" else ["--plan", quick]
+        return lambda file, out: [
+            "record", option, str(file), *plan, "--seconds", "0.1", "--out", str(out / "x.ocrec")
+        ]  # fmt: skip
 
     def report(file: Path, out: Path) -> list[str]:
         return ["report", str(file), "--format", "json", "--incomplete", "--out", str(out)]
@@ -274,11 +251,10 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
         found.append(Group(word, kinds, f"{word}.toml", command, file))
 
     def measured(option: str) -> Command:
-        def command(file: Path, out: Path) -> list[str]:
-            plan = [] if option == "--plan" else ["--plan", quick]
-            return ["measure", *plan, option, str(file), "--incomplete", "--out", str(out)]
-
-        return command
+        plan = [] if option == "--plan" else ["--plan", quick]
+        return lambda file, out: [
+            "measure", *plan, option, str(file), "--incomplete", "--out", str(out)
+        ]  # fmt: skip
 
     # Accepted files must not fail later either: those with a replaced value are measured.
     for word, file in {
@@ -306,11 +282,8 @@ def given(group: Group, kind: Forgery, folder: Path, index: int) -> CommandResul
 
 def usual_of(group: Group, folder: Path) -> float:
     """Return the CPU time of the good file of a group, s."""
-    return given(group, Forgery("good", partial(_copy, group.good)), folder, -1).cpu_s
-
-
-def _copy(file: Path, good: Path, path: Path) -> None:
-    shutil.copyfile(file, path)
+    made = Forgery("good", lambda _, path: shutil.copyfile(group.good, path))
+    return given(group, made, folder, -1).cpu_s
 
 
 DAMAGED, LEAVES = 600, 40

@@ -87,15 +87,13 @@ def leaf_kinds(what: str, good: str, n: int, seed: int) -> list[Forgery]:
         else:
             inner[path[-1]] = wrong[word]
         # Many values are valid in many places: only forbidden outcomes are checked.
-        found[name] = Forgery(name, _writes(as_toml(changed).encode("utf-8", "replace")), True)
+        found[name] = Forgery(name, writes(as_toml(changed).encode("utf-8", "replace")), True)
     return list(found.values())
 
 
-def _writes(content: bytes) -> Callable[[Path, Path], None]:
-    def make(good: Path, path: Path) -> None:
-        path.write_bytes(content)
-
-    return make
+def writes(content: bytes) -> Callable[[Path, Path], int]:
+    """Return the maker of a file with this content."""
+    return lambda good, path: path.write_bytes(content)
 
 
 def _as_text(what: str, good: str) -> Iterator[Forgery]:
@@ -114,32 +112,25 @@ def _as_text(what: str, good: str) -> Iterator[Forgery]:
         "a date": raw + b"\nx = 9999-99-99\n", "a zero": raw.replace(b'name = "', b'name = "\0', 1),
     }  # fmt: skip
     for name, content in texts.items():
-        yield Forgery(f"{what}, {name}", _writes(content), name in ("a byte order mark",))
+        yield Forgery(f"{what}, {name}", writes(content), name in ("a byte order mark",))
     yield from _places(what)
 
 
 def _places(what: str) -> Iterator[Forgery]:
-    def folder(good: Path, path: Path) -> None:
-        path.mkdir()
-
-    def pipe(good: Path, path: Path) -> None:
-        os.mkfifo(path)
-
     def sparse(good: Path, path: Path) -> None:
         path.write_bytes(b"x")
         os.truncate(path, 20 << 30)
 
-    def device(good: Path, path: Path) -> None:
-        path.symlink_to("/dev/zero")
-
-    def circle(good: Path, path: Path) -> None:
-        path.symlink_to(path)
-
-    for name, make in {
-        "a folder": folder, "a pipe": pipe, "20 GB": sparse, "a device": device, "a circle": circle,
-    }.items():  # fmt: skip
+    makers: dict[str, Callable[[Path, Path], object]] = {
+        "a folder": lambda good, path: path.mkdir(),
+        "a pipe": lambda good, path: os.mkfifo(path),
+        "20 GB": sparse,
+        "a device": lambda good, path: path.symlink_to("/dev/zero"),
+        "a circle": lambda good, path: path.symlink_to(path),
+        "nothing there": lambda good, path: None,
+    }
+    for name, make in makers.items():
         yield Forgery(f"{what}, {name}", make)
-    yield Forgery(f"{what}, nothing there", lambda good, path: None)
 
 
 def points_kinds() -> list[Forgery]:
@@ -166,10 +157,10 @@ def points_kinds() -> list[Forgery]:
         "a million rows",
     }
     return [
-        *(Forgery(f"points, {k}", _writes(v.encode()), k in odd) for k, v in texts.items()),
-        Forgery("points, Latin-1", _writes(("# Zoë\n" + rows).encode("latin-1")), True),
-        Forgery("points, UTF-16", _writes(rows.encode("utf-16")), True),
-        Forgery("points, half of UTF-16", _writes(rows.encode("utf-16")[:101]), True),
+        *(Forgery(f"points, {k}", writes(v.encode()), k in odd) for k, v in texts.items()),
+        Forgery("points, Latin-1", writes(("# Zoë\n" + rows).encode("latin-1")), True),
+        Forgery("points, UTF-16", writes(rows.encode("utf-16")), True),
+        Forgery("points, half of UTF-16", writes(rows.encode("utf-16")[:101]), True),
         *_places("points"),
     ]
 
@@ -188,9 +179,9 @@ def table_kinds() -> list[Forgery]:
         "another shape": good.replace("Sphere", "Donut"), "a formula": good.replace("S1", "=1+1"),
     }  # fmt: skip
     return [
-        *(Forgery(f"table, {k}", _writes(v.encode())) for k, v in texts.items()),
+        *(Forgery(f"table, {k}", writes(v.encode())) for k, v in texts.items()),
         Forgery(
-            "table, Latin-1", _writes(good.replace("S1", "Sé").encode("latin-1")), harmless=True
+            "table, Latin-1", writes(good.replace("S1", "Sé").encode("latin-1")), harmless=True
         ),
         *_places("table"),
     ]
@@ -208,7 +199,7 @@ def recording_kinds(good: bytes) -> list[Forgery]:
         return json.dumps(whole, separators=(",", ":")).encode() + b"\n" + rest
 
     kinds = [
-        Forgery(f"recording, {key} is {word}", _writes(headed(**{key: value})))
+        Forgery(f"recording, {key} is {word}", writes(headed(**{key: value})))
         for key in ("frame_period_ns", "cycle_period_ns", "n_slots")
         for word, value in (("0", 0), ("-1", -1), ("10**18", 10**18), ("a text", "x"),
                             ("10**400", 10**400), ("1.5", 1.5))
@@ -216,20 +207,20 @@ def recording_kinds(good: bytes) -> list[Forgery]:
     for word, serials in {"none": [], "a hundred": [1] * 100, "the same": [1, 1], "-1": [-1, -2],
                           "10**30": [10**30, 2], "texts": ["a", "b"]}.items():  # fmt: skip
         kinds.append(
-            Forgery(f"recording, serials are {word}", _writes(headed(camera_serials=serials)))
+            Forgery(f"recording, serials are {word}", writes(headed(camera_serials=serials)))
         )
     kinds += [
-        Forgery("recording, source is markup", _writes(headed(source=MARKUP)), True),
-        Forgery("recording, another time", _writes(headed(started_utc="yesterday")), True),
-        Forgery("recording, deep head", _writes(b'{"head":' + DEEP.encode() + b"\n" + rest)),
+        Forgery("recording, source is markup", writes(headed(source=MARKUP)), True),
+        Forgery("recording, another time", writes(headed(started_utc="yesterday")), True),
+        Forgery("recording, deep head", writes(b'{"head":' + DEEP.encode() + b"\n" + rest)),
         Forgery("recording, long digits",
-                _writes(b'{"head":' + LONG_DIGITS.encode() + b"}\n" + rest)),
-        Forgery("recording, no line end", _writes(b"x" * 1_000_000)),
-        Forgery("recording, only a head", _writes(line + b"\n"), True),
-        Forgery("recording, cut", _writes(good[: len(good) // 2]), True),
-        Forgery("recording, empty", _writes(b"")),
-        Forgery("recording, magic everywhere", _writes(line + b"\n" + b"OCRF" * 500_000), True),
-        *(Forgery(f"recording, frames of {word}", _writes(line + b"\n" + _filled(rest, fill)), True)
+                writes(b'{"head":' + LONG_DIGITS.encode() + b"}\n" + rest)),
+        Forgery("recording, no line end", writes(b"x" * 1_000_000)),
+        Forgery("recording, only a head", writes(line + b"\n"), True),
+        Forgery("recording, cut", writes(good[: len(good) // 2]), True),
+        Forgery("recording, empty", writes(b"")),
+        Forgery("recording, magic everywhere", writes(line + b"\n" + b"OCRF" * 500_000), True),
+        *(Forgery(f"recording, frames of {word}", writes(line + b"\n" + _filled(rest, fill)), True)
           for word, fill in (("zeros", b"\0"), ("ones", b"\xff"),
                              ("NaN", struct.pack("<d", math.nan)),
                              ("1e308", struct.pack("<d", 1e308)))),

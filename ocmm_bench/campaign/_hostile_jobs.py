@@ -6,7 +6,7 @@ import contextlib
 import math
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -133,20 +133,19 @@ def _texts() -> Iterator[Forgery]:
             "another field": '{"done": 1}', "long digits": f'{{"order": {LONG_DIGITS}}}',
             "1e999": '{"max_form": 1e999}', "markup": MARKUP, "NaN": "NaN",
         }.items():  # fmt: skip
-            yield Forgery(f"job, event {kind!r} is {name}", _event(kind, text), kind in _FREE)
+            make = partial(_event, kind=kind, text=text)
+            yield Forgery(f"job, event {kind!r} is {name}", make, kind in _FREE)
     for text in ("1 as 1", "2 as 1", "1 as 99999999999", "1 as 2\n"):
-        yield Forgery(f"job, event 'restored' is {text!r}", _event("restored", text))
+        make = partial(_event, kind="restored", text=text)
+        yield Forgery(f"job, event 'restored' is {text!r}", make)
     limits = (
         '{"max_form":%s,"window_s":%s,"still_mm":0.05,"min_share":0.9,"approach_mm":3.0,'
         '"max_uncertainty":0.1,"method":"gauss-newton"}'
     )
     for limit in ("-1", "0", "1e308", "1e-320", "123456789012345678901234567890"):
-        yield Forgery(
-            f"job, limit max_form {limit}", _event("limits", limits % (limit, "0.3")), True
-        )
-        yield Forgery(
-            f"job, limit window_s {limit}", _event("limits", limits % ("0.5", limit)), True
-        )
+        for name, both in (("max_form", (limit, "0.3")), ("window_s", ("0.5", limit))):
+            make = partial(_event, kind="limits", text=limits % both)
+            yield Forgery(f"job, limit {name} {limit}", make, True)
 
 
 def _seals() -> Iterator[Forgery]:
@@ -165,38 +164,33 @@ def _seals() -> Iterator[Forgery]:
             # warning.
             yield _set("seal", column, text, name, harmless=name != "30 MB")
     for many, length in ((200_000, 44), (3, 9_000_000)):
-        yield Forgery(f"job, {many} signatures more of {length} signs", _more_seals(many, length))
+        make = partial(_more_seals, many=many, length=length)
+        yield Forgery(f"job, {many} signatures more of {length} signs", make)
 
 
-def _more_seals(many: int, length: int) -> Callable[[Path, Path], None]:
-    def make(good: Path, path: Path) -> None:
-        with forged(good, path) as db:
-            (last,) = db.execute("SELECT max(sequence) FROM audit").fetchone()
-            db.execute("BEGIN")
-            db.executemany(
-                "INSERT INTO seal VALUES (?, ?, ?)",
-                ((last + k, "A" * length, "A" * 2 * length) for k in range(1, many + 1)),
-            )
-            db.execute("COMMIT")
-
-    return make
+def _more_seals(good: Path, path: Path, many: int, length: int) -> None:
+    with forged(good, path) as db:
+        (last,) = db.execute("SELECT max(sequence) FROM audit").fetchone()
+        db.execute("BEGIN")
+        db.executemany(
+            "INSERT INTO seal VALUES (?, ?, ?)",
+            ((last + k, "A" * length, "A" * 2 * length) for k in range(1, many + 1)),
+        )
+        db.execute("COMMIT")
 
 
 _FREE = ("header",)
 """Kinds of events in which unknown fields are allowed."""
 
 
-def _event(kind: str, text: str) -> Callable[[Path, Path], None]:
-    def make(good: Path, path: Path) -> None:
-        with forged(good, path) as db:
-            (last,) = db.execute("SELECT max(id) FROM event").fetchone()
-            (sequence,) = db.execute("SELECT max(sequence) FROM audit").fetchone()
-            when = "2026-03-02T07:08:09.123456+00:00"
-            db.execute("INSERT INTO event VALUES (?, ?, ?, ?)", (last + 1, when, kind, text))
-            link = (sequence + 1, when, "event", last + 1, "", "", "")
-            db.execute("INSERT INTO audit VALUES (?, ?, ?, ?, ?, ?, ?)", link)
-
-    return make
+def _event(good: Path, path: Path, kind: str, text: str) -> None:
+    with forged(good, path) as db:
+        (last,) = db.execute("SELECT max(id) FROM event").fetchone()
+        (sequence,) = db.execute("SELECT max(sequence) FROM audit").fetchone()
+        when = "2026-03-02T07:08:09.123456+00:00"
+        db.execute("INSERT INTO event VALUES (?, ?, ?, ?)", (last + 1, when, kind, text))
+        link = (sequence + 1, when, "event", last + 1, "", "", "")
+        db.execute("INSERT INTO audit VALUES (?, ?, ?, ?, ?, ?, ?)", link)
 
 
 _RECURSION = (
@@ -242,45 +236,36 @@ def _statements(name: str, *statements: str) -> Forgery:
 
 
 def _bytes() -> Iterator[Forgery]:
-    def cut(share: float) -> Callable[[Path, Path], None]:
-        def make(good: Path, path: Path) -> None:
-            content = good.read_bytes()
-            path.write_bytes(content[: int(share * len(content))])
+    def cut(good: Path, path: Path, share: float) -> None:
+        content = good.read_bytes()
+        path.write_bytes(content[: int(share * len(content))])
 
-        return make
-
-    def header(at: int, content: bytes) -> Callable[[Path, Path], None]:
-        def make(good: Path, path: Path) -> None:
-            whole = bytearray(good.read_bytes())
-            whole[at : at + len(content)] = content
-            path.write_bytes(whole)
-
-        return make
+    def header(good: Path, path: Path, at: int, content: bytes) -> None:
+        whole = bytearray(good.read_bytes())
+        whole[at : at + len(content)] = content
+        path.write_bytes(whole)
 
     for share in (0.0, 0.01, 0.5, 0.99):
         # The last page may be cut if it is empty.
-        yield Forgery(f"job, {share:.0%} of it", cut(share), share == 0.99)
+        yield Forgery(f"job, {share:.0%} of it", partial(cut, share=share), share == 0.99)
     for at, content in (
         (16, b"\0\0"), (16, b"\x00\x03"), (18, b"\xff\xff"), (20, b"\xff"), (44, b"\0\0\0\x09"),
         (56, b"\0\0\0\x02"), (100, b"\x02"), (103, b"\xff\xff"),
     ):  # fmt: skip
-        harmless = at in (18, 56)
-        yield Forgery(f"job, byte {at} is {content.hex()}", header(at, content), harmless)
+        make = partial(header, at=at, content=content)
+        yield Forgery(f"job, byte {at} is {content.hex()}", make, at in (18, 56))
 
     def sparse(good: Path, path: Path) -> None:
         shutil.copyfile(good, path)
         with path.open("r+b") as stream:
             stream.truncate(20 << 30)
 
-    def folder(good: Path, path: Path) -> None:
-        path.mkdir()
-
     def log(good: Path, path: Path) -> None:
         shutil.copyfile(good, path)
         path.with_name(f"{path.name}-wal").write_bytes(bytes(100_000))
 
     yield Forgery("job, 20 GB that are not there", sparse)
-    yield Forgery("job, a folder", folder)
+    yield Forgery("job, a folder", lambda good, path: path.mkdir())
     yield Forgery("job, a log of zeros", log, True)
 
 

@@ -44,7 +44,7 @@ Edit = Callable[[sqlite3.Connection], object]
 @dataclass(frozen=True, slots=True)
 class Forgery:
     name: str
-    make: Callable[[Path, Path], None]
+    make: Callable[[Path, Path], object]
     """Writes it to a path, from a good one: ``make(good, path)``."""
     harmless: bool = False
     """The file may be used: only a name or a remark is odd."""

@@ -14,7 +14,7 @@ import shutil
 import socket
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,7 +26,7 @@ from ocmm_bench.campaign._hostile_runs import (
     run_aside,
     run_here,
 )
-from ocmm_bench.campaign._trials import Trial
+from ocmm_bench.campaign._trials import Trial, changed_environment
 from ocmm_bench.campaign._writers import CalibrationSite
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
@@ -313,15 +313,5 @@ def _digests(place: Path) -> dict[str, str]:
     }
 
 
-@contextmanager
-def _home(place: Path) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in _XDG}
-    os.environ.update({name: str(place / folder) for name, folder in _XDG.items()})
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+def _home(place: Path) -> AbstractContextManager[None]:
+    return changed_environment({name: place / folder for name, folder in _XDG.items()})

@@ -31,38 +31,10 @@ _AT_CLOSE = 0.25
 _SAVED = re.compile(r"All points taken are saved in (.*\.ocmm)\.")
 
 
-def _remove_file(job: Path) -> None:
-    job.unlink()
-
-
-def _remove_folder(job: Path) -> None:
-    shutil.rmtree(job.parent)
-
-
-def _move_file(job: Path) -> None:
-    job.rename(job.with_name("moved.ocmm"))
-
-
-def _move_folder(job: Path) -> None:
-    job.parent.rename(job.parent.with_name("elsewhere"))
-
-
 def _replace(job: Path) -> None:
     other = job.with_name("other.ocmm")
     other.write_bytes(b"another file" * 500)
     other.replace(job)
-
-
-def _empty(job: Path) -> None:
-    os.truncate(job, 0)
-
-
-def _overwrite(job: Path) -> None:
-    job.write_bytes(b"another file" * 500)
-
-
-def _remove_log(job: Path) -> None:
-    job.with_name(f"{job.name}-wal").unlink()
 
 
 def _unmount(job: Path) -> None:
@@ -77,15 +49,15 @@ def _fill(job: Path) -> None:
 
 FULL = "disk filled"
 """The only kind that leaves the job in place."""
-LOSSES: dict[str, Callable[[Path], None]] = {
-    "file removed": _remove_file,
-    "folder removed": _remove_folder,
-    "file moved": _move_file,
-    "folder moved": _move_folder,
+LOSSES: dict[str, Callable[[Path], object]] = {
+    "file removed": Path.unlink,
+    "folder removed": lambda job: shutil.rmtree(job.parent),
+    "file moved": lambda job: job.rename(job.with_name("moved.ocmm")),
+    "folder moved": lambda job: job.parent.rename(job.parent.with_name("elsewhere")),
     "file replaced": _replace,
-    "file emptied": _empty,
-    "file overwritten": _overwrite,
-    "log removed": _remove_log,
+    "file emptied": lambda job: os.truncate(job, 0),
+    "file overwritten": lambda job: job.write_bytes(b"another file" * 500),
+    "log removed": lambda job: job.with_name(f"{job.name}-wal").unlink(),
     "unmounted": _unmount,
     FULL: _fill,
 }

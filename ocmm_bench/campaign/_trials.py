@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +61,21 @@ class Trial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Count of each finding; zeros are omitted."""
     note: str = ""
     """Details of a finding; of the lane names without one, the seconds until the loss is shown."""
+
+
+@contextmanager
+def changed_environment(folders: Mapping[str, Path]) -> Iterator[None]:
+    """Set variables of the environment to folders, and restore them at the end."""
+    before = {name: os.environ.get(name) for name in folders}
+    os.environ.update({name: str(folder) for name, folder in folders.items()})
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 class NotRunError(Exception):

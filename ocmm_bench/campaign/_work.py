@@ -12,7 +12,7 @@ import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
 from ocmm_core.acquisition.recording import FrameRecorder, ReplaySource
-from ocmm_core.camera import Rig, load_rig
+from ocmm_core.camera import load_rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import resource, write_atomic
 from ocmm_core.errors import OcmmError
@@ -23,7 +23,7 @@ from ocmm_core.storage import JobFile, make_head
 _LINES = 3
 _FRAMES = 40
 
-Acknowledge = Callable[[int], None]
+Acknowledge = Callable[[int], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ def _lost_in_settings(folder: Path, acknowledged: list[int]) -> int:
 
 
 def _recording(folder: Path, acknowledge: Acknowledge) -> None:
-    rig = _rig()
+    rig = load_rig(resource("rigs", "recommended.toml"))
     serials = tuple(camera.serial for camera in rig.cameras)
     description = SourceDescription("campaign", serials, 125_000, 1_000_000, False, True)
     with FrameRecorder(folder / "a.ocmr", description, rig) as recorder:
@@ -172,10 +172,6 @@ def _block(number: int, cameras: int) -> FrameBlock:
     )
 
 
-def _rig() -> Rig:
-    return load_rig(resource("rigs", "recommended.toml"))
-
-
 WORKS = {
     "job": CampaignWork(_job, _lost_in_job),
     "history": CampaignWork(_history, _lost_in_history),
@@ -189,7 +185,7 @@ WORKS = {
 def outcome_of(work: CampaignWork, folder: Path, pipe: int) -> str:
     """Do the work, write its acknowledgements to a pipe, and return how it ended."""
     try:
-        work.do(folder, lambda number: _write_number(pipe, number))
+        work.do(folder, lambda number: os.write(pipe, b"%d\n" % number))
     except OcmmError:
         return "told"
     except OSError:
@@ -198,7 +194,3 @@ def outcome_of(work: CampaignWork, folder: Path, pipe: int) -> str:
     except Exception:
         return "traceback"
     return "done"
-
-
-def _write_number(pipe: int, number: int) -> None:
-    os.write(pipe, b"%d\n" % number)

@@ -12,12 +12,12 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from ocmm_bench.campaign._trials import Trial, forked, read_numbers
+from ocmm_bench.campaign._trials import Trial, changed_environment, forked, read_numbers
 from ocmm_bench.campaign._work import append_points, sample_point
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, State
 from ocmm_core.errors import OcmmError, StorageError
@@ -31,21 +31,10 @@ from ocmm_sim.calibration_scenes import (
 )
 
 
-@contextmanager
-def other_station(home: Path) -> Iterator[None]:
+def other_station(home: Path) -> AbstractContextManager[None]:
     """Act as another station: another key, another memory."""
     names = ("XDG_DATA_HOME", "XDG_STATE_HOME")
-    before = {name: os.environ.get(name) for name in names}
-    try:
-        for name in names:
-            os.environ[name] = str(home / name.lower())
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name)
-            else:
-                os.environ[name] = value
+    return changed_environment({name: home / name.lower() for name in names})
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +203,7 @@ def _add(site: Site, seed: str, who: int, pipe: int) -> None:
                 if added < _EVENTS:
                     one = 2 * added + who
                     own.add(str(one), RECORDS_MADE + timedelta(hours=2, seconds=added))
-                    _write_number(pipe, one)
+                    os.write(pipe, b"%d\n" % one)
                     added += 1
         except StorageError as error:
             if error.code not in _RETRIED:
@@ -228,13 +217,9 @@ def _write(path: Path, seed: str, pipe: int) -> None:
     turns = 0
     while turns < _TURNS:
         try:
-            append_points(path, lambda point: _write_number(pipe, point), _POINTS_A_TURN)
+            append_points(path, lambda point: os.write(pipe, b"%d\n" % point), _POINTS_A_TURN)
             turns += 1
         except StorageError as error:
             if error.code not in _RETRIED:
                 raise
         time.sleep(rng.uniform(0.0, 0.002))
-
-
-def _write_number(pipe: int, number: int) -> None:
-    os.write(pipe, b"%d\n" % number)

@@ -134,9 +134,6 @@ class MailLine:
         self.reply_counters: list[int] = []
         self._counter = 0
 
-    def _number(self, register: int, size: int) -> int:
-        return int.from_bytes(self._get(register, size), "little")
-
     def post(self, content: bytes) -> bool:
         """Write a mailbox; return whether the camera accepted it."""
         for _ in range(5):
@@ -150,7 +147,7 @@ class MailLine:
         deadline = self._line.now_ns() + limit_ns
         while True:
             self._feed()
-            if self._number(_SM_STATUS_IN, 1) & _FULL:
+            if self._get(_SM_STATUS_IN, 1)[0] & _FULL:
                 content = self._get(device.MAILBOX_IN_START, device.MAILBOX_BYTES)
                 self.reply_counters.append(content[5] >> 4 & 7)
                 return content

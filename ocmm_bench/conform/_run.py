@@ -56,7 +56,6 @@ def conform(
     firmware: bytes = b"",
     rules: tuple[Rule, ...] = RULES,
     told: Told = lambda _done, _total, _title: None,
-    until_red: bool = False,
 ) -> ConformanceReport:
     """Test a camera against the rules of its object description.
 
@@ -69,8 +68,6 @@ def conform(
         Position of the camera, 0 first.
     firmware
         Firmware file signed by the maker, of another version than the running one.
-    until_red
-        Stop at the first failed rule.
 
     Raises
     ------
@@ -87,8 +84,6 @@ def conform(
     for number, rule in enumerate(rules):
         told(number, len(rules), rule.title)
         results.append(_tried(bench, rule, times))
-        if until_red and _is_red(results, times):
-            break
     told(len(rules), len(rules), "")
     return ConformanceReport(
         serial=bench.serial,
@@ -157,11 +152,6 @@ def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> 
         checked=see.checked,
         complaints=tuple(see.complaints),
     )
-
-
-def _is_red(results: list[RuleResult], times: dict[str, tuple[int, list[int]]]) -> bool:
-    late = any(limit and max(found) > limit for limit, found in times.values())
-    return late or results[-1].verdict is RuleVerdict.FAILED
 
 
 def _left(bench: Bench) -> str:

@@ -92,8 +92,9 @@ class Zones:
         makers = {"position": self._position, **dict.fromkeys(_ORIENTATION, _orientation)}
         made = makers.get(item.word, _plain)
         several = len(features) > 1
-        if several and item.word in _ORIENTATION:
-            _refuse_middle(features)
+        flat = all(feature.shape is Shape.PLANE for feature in features)
+        if several and flat and item.word in _ORIENTATION:
+            raise RefusedError("the orientation of the middle plane of two faces is not supported")
         return [made(item, one, datums, several) for one in features]
 
     def _lower(
@@ -217,11 +218,6 @@ def _orientation(
         )
     found = _characteristic(item, (feature,), datums, several=several)
     return found if flat else msgspec.structs.replace(found, zone=zone)
-
-
-def _refuse_middle(features: Sequence[NominalFeature]) -> None:
-    if all(feature.shape is Shape.PLANE for feature in features):
-        raise RefusedError("the orientation of the middle plane of two faces is not supported")
 
 
 def _characteristic(

@@ -332,10 +332,14 @@ def units_fault(content: bytes) -> str:
             return "it names no units of length and angle"
         for number in file.all_of(_CONTEXT):
             records = file.records(number)
-            if "PARAMETRIC_REPRESENTATION_CONTEXT" in records or _is_flat(records[_CONTEXT]):
+            flat = records[_CONTEXT] and records[_CONTEXT][-1] != 3
+            if "PARAMETRIC_REPRESENTATION_CONTEXT" in records or flat:
                 continue
-            named = refs(records.get(_UNITS, ()))
-            kinds = [unit_of(file, one).dimension for one in named if _is_used(file, one)]
+            kinds = [
+                unit_of(file, one).dimension
+                for one in refs(records.get(_UNITS, ()))
+                if file.types(one) & {"LENGTH_UNIT", "PLANE_ANGLE_UNIT"}
+            ]
             for of in ("length", "angle"):
                 if kinds.count(of) != 1:
                     count = "no unit" if of not in kinds else "several units"
@@ -343,11 +347,3 @@ def units_fault(content: bytes) -> str:
     except BadEntityError as error:
         return str(error)
     return ""
-
-
-def _is_flat(arguments: Sequence[object]) -> bool:
-    return bool(arguments) and arguments[-1] != 3
-
-
-def _is_used(file: Part21, number: int) -> bool:
-    return bool(file.types(number) & {"LENGTH_UNIT", "PLANE_ANGLE_UNIT"})

@@ -19,7 +19,7 @@ from ocmm_cad.reach import Reach, Setting, make_obstacle
 from ocmm_cad.step._asking import given_up_error
 from ocmm_cad.step._joined import bore_axes
 from ocmm_cad.step._model import LeftOut, StepModel
-from ocmm_cad.step._placed import bore_axis, reached_places, taken_of
+from ocmm_cad.step._placed import bore_axis, reached_places, taken_of, triples
 from ocmm_cad.step._profiled import NOT_EXACT, FreeForm
 from ocmm_cad.step.brep import RECOGNISED_MM, StepFace, Triple, normals_of
 from ocmm_core.errors import InputError
@@ -110,7 +110,12 @@ def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
 
 
 def _fits(offer: Offer, choice: Choice) -> bool:
-    wanted = _named(offer, choice.only) if choice.only else _to_begin_with(offer, choice)
+    if choice.only:
+        wanted = _named(offer, choice.only)
+    elif offer.free_form is not None:
+        wanted = choice.profiles
+    else:
+        wanted = choice.everything or not offer.against
     return wanted and _is_asked_for(offer, choice)
 
 
@@ -121,12 +126,6 @@ def _is_asked_for(offer: Offer, choice: Choice) -> bool:
         and (not kinds or offer.kind.lower() in kinds)
         and choice.least_mm <= offer.size_mm <= choice.most_mm
     )
-
-
-def _to_begin_with(offer: Offer, choice: Choice) -> bool:
-    if offer.free_form is not None:
-        return choice.profiles
-    return choice.everything or not offer.against
 
 
 def _named(offer: Offer, words: Sequence[str]) -> bool:
@@ -301,7 +300,7 @@ def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
     if found.against:
         bare = msgspec.structs.replace(feature, targets=())
         return LeftOut(bare, found.against, offer.faces)
-    kept = msgspec.structs.replace(feature, targets=_triples(found.points))
+    kept = msgspec.structs.replace(feature, targets=triples(found.points))
     return replace(offer, feature=kept)
 
 
@@ -312,7 +311,7 @@ def _free_form_asked(offer: Offer, form: FreeForm, reach: Reach) -> Offer | Left
     if not len(can):
         return LeftOut(offer.feature, reach.why_not(reached), offer.faces)
     kept = replace(
-        form, targets=_triples(points[can]), normals=_triples(normals[can]), held=_triples(held),
+        form, targets=triples(points[can]), normals=triples(normals[can]), held=triples(held),
         ways=tuple(reached.ways_mm[can].tolist()),
     )  # fmt: skip
     return replace(offer, feature=kept.feature, free_form=kept)
@@ -329,10 +328,6 @@ def _face_of(feature: NominalFeature) -> StepFace:
 def _triple(values: Sequence[float]) -> Triple:
     x, y, z = values
     return (float(x), float(y), float(z))
-
-
-def _triples(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[Triple, ...]:
-    return tuple(_triple(row) for row in rows.tolist())
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -12,11 +12,13 @@ from typing import Any, TypeAlias
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ocmm_cad.reach import Reach
 from ocmm_cad.step import _place_kernel as kernel
-from ocmm_cad.step._placed import Placed, Wish, bore_axis, in_order, placed_each
+from ocmm_cad.step._placed import Placed, Wish, bore_axis, in_order, placed_each, triples
 from ocmm_cad.step._profiled import OPEN, StepSurface
 from ocmm_cad.step.brep import RawFace, Rim, StepFace, stretches_of
 from ocmm_core.features.shapes import Shape
@@ -112,22 +114,18 @@ def bore_axes(faces: Sequence[StepFace]) -> Float:
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
-    owner = list(range(len(faces)))
-
-    def root(index: int) -> int:
-        while owner[index] != index:
-            index = owner[index]
-        return index
-
     round_ones = [index for index, one in enumerate(faces) if one.face.shape != "Plane"]
     points = np.array([faces[index].face.point for index in round_ones]).reshape(-1, 3)
     near = cKDTree(points).query_pairs(_SAME_MM) if round_ones else ()
-    for i, j in sorted((round_ones[a], round_ones[b]) for a, b in near):
-        if _is_same(faces[i].face, faces[j].face) and _is_whole(faces[i], faces[j]):
-            owner[max(root(i), root(j))] = min(root(i), root(j))
+    one = [
+        (i, j) for i, j in ((round_ones[a], round_ones[b]) for a, b in near)
+        if _is_same(faces[i].face, faces[j].face) and _is_whole(faces[i], faces[j])
+    ]  # fmt: skip
+    links = np.zeros((2, 0), dtype=np.int64) if not one else np.array(one).T
+    graph = coo_array((np.ones(len(one)), links), shape=(len(faces),) * 2)
     groups: dict[int, list[int]] = {}
-    for index in range(len(faces)):
-        groups.setdefault(root(index), []).append(index)
+    for index, group in enumerate(connected_components(graph, directed=False)[1].tolist()):
+        groups.setdefault(group, []).append(index)
     return list(groups.values())
 
 
@@ -241,16 +239,12 @@ def _surface(room: Room, found: Placed | None) -> StepSurface:
         return StepSurface(face=room.face, numbers=room.numbers, against=room.against)
     return StepSurface(
         face=room.face,
-        targets=_triples(found.points),
-        held=_triples(found.held),
+        targets=triples(found.points),
+        held=triples(found.held),
         ways=tuple(found.ways.tolist()),
         numbers=room.numbers,
         against=found.against,
     )
-
-
-def _triples(rows: Float) -> tuple[tuple[float, float, float], ...]:
-    return tuple((x, y, z) for x, y, z in rows.tolist())
 
 
 def _joined(faces: Sequence[StepFace]) -> StepFace:

@@ -229,7 +229,10 @@ def _model(
         raise step_error(path, *_no_plan_of(said, len(chosen)))
     surfaces = (*chosen, *(one for one in said.surfaces if one.against))
     made = [_feature(surface, "") for surface in surfaces]
-    words = [_said_of(surface, said.face_names) for surface in surfaces]
+    words = [
+        next(filter(None, (said.face_names.get(number) for number in surface.numbers)), "")
+        for surface in surfaces
+    ]
     named = profiled.feature_names(made, words)
     faults = [_fault(feature, surface) for feature, surface in zip(made, surfaces, strict=True)]
     features: list[NominalFeature] = []
@@ -289,10 +292,6 @@ def _no_plan_of(said: profiled.StepAnswer, count: int) -> tuple[str, str]:
         f"tori), of {said.face_count} faces",
         f"Give a model with 1 to {MOST_FEATURES} of them.",
     )
-
-
-def _said_of(surface: profiled.StepSurface, names: dict[int, str]) -> str:
-    return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
 def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:

@@ -11,8 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from ocmm_cad.reach import Reach, Reached, SurfaceTargets
 from ocmm_cad.step import _place_kernel as kernel
-from ocmm_cad.step.brep import StepFace, normals_of
+from ocmm_cad.step.brep import StepFace, Triple, normals_of
 from ocmm_core.geometry import Float
+
+
+def triples(rows: Float) -> tuple[Triple, ...]:
+    return tuple((x, y, z) for x, y, z in rows.tolist())
+
 
 WANTED, LEAST = 20, 10
 """Places of a free form: independent of each other, so there are more of them."""

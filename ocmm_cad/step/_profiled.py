@@ -94,7 +94,7 @@ _WORDS = {Shape.PLANE: "PLANE", Shape.CONE: "CONE", Shape.SPHERE: "SPHERE", Shap
 
 def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> list[str]:
     """Return a unique valid name for each feature, from its name in the model if any."""
-    own = [_usable(word) for word in said]
+    own = [usable_name(word, LONGEST_NAME - _ROOM_FOR_NUMBER) for word in said]
     short = [name or _what(one, fully=False) for name, one in zip(own, features, strict=True)]
     often = Counter(short)
     wanted = [
@@ -111,10 +111,6 @@ def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> li
         taken.add(free)
         names.append(free)
     return names
-
-
-def _usable(word: str) -> str:
-    return usable_name(word, LONGEST_NAME - _ROOM_FOR_NUMBER)
 
 
 def _what(feature: NominalFeature, *, fully: bool) -> str:

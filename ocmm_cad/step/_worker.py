@@ -27,7 +27,7 @@ from ocmm_cad.pmi import Pmi
 from ocmm_cad.reach import Reach, Setting, make_obstacle
 from ocmm_cad.step import brep
 from ocmm_cad.step._joined import EDGE_MM, NOT_INSIDE, Inside, bore_axes, rooms_of, surfaces_of
-from ocmm_cad.step._placed import LEAST, WANTED, reached_places
+from ocmm_cad.step._placed import LEAST, WANTED, reached_places, triples
 from ocmm_cad.step._profiled import StepAnswer, StepFreeForm, StepSurface
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
@@ -146,13 +146,9 @@ def _form_with_targets(room: FreeFormRoom, reach: Reach | None) -> StepFreeForm:
             return StepFreeForm(number=number, name=name, against=reach.why_not(asked))
         points, normals, ways = room.points[can], room.normals[can], asked.ways_mm[can]
     return StepFreeForm(
-        number=number, name=name, face=room.face, targets=_triples(points),
-        normals=_triples(normals), held=_triples(turns), ways=tuple(ways.tolist()),
+        number=number, name=name, face=room.face, targets=triples(points),
+        normals=triples(normals), held=triples(turns), ways=tuple(ways.tolist()),
     )  # fmt: skip
-
-
-def _triples(rows: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[brep.Triple, ...]:
-    return tuple((x, y, z) for x, y, z in rows.tolist())
 
 
 _MOST_BYTES = 1_500_000_000

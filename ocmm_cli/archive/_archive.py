@@ -34,16 +34,9 @@ archive_app = typer.Typer(
 
 def place_of(archive: str | None, outbox: Path | None) -> ArchivePlace:
     """Return the places of archive and outbox; InputError if the archive is off."""
-    from ocmm_shop.archiving import archive_place
+    from ocmm_shop.archiving import required_place
 
-    place = archive_place(archive, outbox=outbox)
-    if place is None:
-        raise InputError(
-            "archive.off",
-            "The archive is off.",
-            "Turn it on: ocmm settings set archive.address local, or give --archive.",
-        )
-    return place
+    return required_place(archive, outbox)
 
 
 @contextlib.contextmanager

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
     from ocmm_core.composition import Feed
     from ocmm_core.tracking import ProbeBody
-    from ocmm_sim.calibration_scenes import Scene
-    from ocmm_sim.sources import VirtualSite
 
 
 calibrate_app = typer.Typer(
@@ -81,13 +78,11 @@ def cameras(
         procedure.take_table(table, run.now())
         steps.require_end(procedure)
     elif steps.is_lacking(procedure):
-
-        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
-            from ocmm_sim.sources import scenes_of_known_points
-
-            return scenes_of_known_points(virtual, procedure.view, procedure.points)
-
-        steps.collect_from(procedure, site, setup, STANDARD_PROBE, scenes, console, setup.move)
+        steps.collect_from(
+            procedure, site, setup, STANDARD_PROBE,
+            lambda sim, at: sim.scenes_of_known_points(at, procedure.view, procedure.points),
+            console, setup.move,
+        )  # fmt: skip
     steps.conclude(procedure, site, setup, overrule, "calibrated from known points", console)
 
 
@@ -130,15 +125,13 @@ def relocate(
         run.take_relocation_shots(procedure, recorded)
         steps.require_end(procedure)
     elif steps.is_lacking(procedure):
-
-        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
-            from ocmm_sim.sources import scenes_of_relocation
-
-            return scenes_of_relocation(
-                virtual, site.design, procedure.view, procedure.bar, procedure.control
-            )
-
-        steps.collect_from(procedure, site, setup, choice.probe, scenes, console, setup.move)
+        steps.collect_from(
+            procedure, site, setup, choice.probe,
+            lambda sim, at: sim.scenes_of_relocation(
+                at, site.design, procedure.view, procedure.bar, procedure.control
+            ),
+            console, setup.move,
+        )  # fmt: skip
     steps.conclude(procedure, site, setup, overrule, "relocated", console)
 
 
@@ -177,15 +170,13 @@ def verify(
         run.take_verification_shots(procedure, recorded.shots)
         steps.require_end(procedure)
     elif steps.is_lacking(procedure):
-
-        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
-            from ocmm_sim.sources import scenes_of_verification
-
-            return scenes_of_verification(
-                virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
-            )
-
-        steps.collect_from(procedure, site, setup, choice.probe, scenes, console, setup.move)
+        steps.collect_from(
+            procedure, site, setup, choice.probe,
+            lambda sim, at: sim.scenes_of_verification(
+                at, site.rig, procedure.view, procedure.bar, procedure.spheres
+            ),
+            console, setup.move,
+        )  # fmt: skip
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -208,11 +199,20 @@ def sensors(
     """
     from ocmm_cli.calibrate._run import now, open_site, real_feed, virtual_feed
     from ocmm_cli.calibrate._steps import body_in_use_of
+    from ocmm_core.calibration import monitor
     from ocmm_core.composition import Origin, origin_of
 
     console, site = make_console(), open_site(rig, calibrations)
     body = body_in_use_of(source, choice)
-    calibration = _require_usable(site, now())
+    status = site.store.status(now())
+    calibration = site.store.active_hash
+    if calibration is None or not status.state.usable:
+        # A moved camera must not be learned: the baseline belongs to the calibration in force.
+        raise CalibrationError(
+            "baseline.standing",
+            f"The calibration is {status.state.value}: {status.reason}",
+            status.remedy,
+        )
     if origin_of(source) is Origin.VIRTUAL:
         from ocmm_sim.calibration_scenes import WAY_S, FreeMotionScene
         from ocmm_sim.sources import VirtualSite
@@ -223,7 +223,15 @@ def sensors(
         )
     else:
         feed = real_feed(rig, site.read_by, source, force=force)
-    _learn(site, body, _wave(site, body, feed, seconds, console), calibration, console)
+    looks = _wave(site, body, feed, seconds, console)
+    baseline = monitor.learn_baseline(looks, site.rig, body)
+    path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
+    whole = site.rig.noise.pattern_px
+    console.show(
+        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
+        f"{baseline.left_px:.4f} px"
+    )
+    console.print(f"{lead('Baseline ')}{path}")
 
 
 @calibrate_app.command()
@@ -285,22 +293,6 @@ _BATCH = 800
 _IDLE_S = 0.005
 
 
-def _require_usable(site: TerminalSite, now: datetime) -> str:
-    """Return the hash of the calibration in force, to which the baseline belongs.
-
-    Raises CalibrationError if it is missing or unusable: a moved camera must not be learned.
-    """
-    status = site.store.status(now)
-    calibration = site.store.active_hash
-    if calibration is None or not status.state.usable:
-        raise CalibrationError(
-            "baseline.standing",
-            f"The calibration is {status.state.value}: {status.reason}",
-            status.remedy,
-        )
-    return calibration
-
-
 def _wave(
     site: TerminalSite, body: ProbeBody, feed: Feed, seconds: float, console: PlainConsole
 ) -> list[monitor.ResidualSample]:
@@ -337,24 +329,3 @@ def _wave(
         feed.end()
         interrupt.close()
     return looks
-
-
-def _learn(
-    site: TerminalSite,
-    body: ProbeBody,
-    looks: list[monitor.ResidualSample],
-    calibration: str,
-    console: PlainConsole,
-) -> Path:
-    """Learn the baseline, store it next to the calibration, and print its quality."""
-    from ocmm_core.calibration import monitor
-
-    baseline: monitor.Baseline = monitor.learn_baseline(looks, site.rig, body)
-    path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
-    whole = site.rig.noise.pattern_px
-    console.show(
-        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
-        f"{baseline.left_px:.4f} px"
-    )
-    console.print(f"{lead('Baseline ')}{path}")
-    return path

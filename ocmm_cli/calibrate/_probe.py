@@ -167,7 +167,7 @@ def _collect(
     from ocmm_cli.calibrate._steps import collect_from, is_lacking
     from ocmm_core.calibration.sweeping import SECOND
 
-    def scenes(_virtual: VirtualSite) -> tuple[SweepProbe, ...]:
+    def scenes(_sim: object, _virtual: VirtualSite) -> tuple[SweepProbe, ...]:
         step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
         return virtual_sweeps(setup.scene, step, setup.seed, wanted)
 
@@ -196,13 +196,13 @@ def probe_status(*, probe: Path, probes: Path | None) -> None:
 
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
-    _print(console, tr(f"Probe    {load_probe(probe).name}, by {probe}"))
+    console.show(f"Probe    {load_probe(probe).name}, by {probe}", soft_wrap=True)
     _print(console, f"{lead('Folder   ')}{store.folder}")
     if found.fault:
         _print(console, f"{lead('Records  ')}{tr('cannot be used.')} {tr(found.fault)}")
         raise typer.Exit(1)
     if not found.tips:
-        _print(console, tr(f"Tips     none: probe never calibrated ({store.folder})."))
+        console.show(f"Tips     none: probe never calibrated ({store.folder}).", soft_wrap=True)
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
@@ -251,34 +251,31 @@ def _print_tip(console: PlainConsole, state: TipState) -> None:
 
     record, qualified, status = state.calibration, state.qualification, state.status
     on = tr("mounted") if state.mounted else tr("not mounted")
-    _print(console, tr(f"Tip      {state.tip} ({on})"))
+    console.show(f"Tip      {state.tip} ({on})", soft_wrap=True)
     _print(console, f"{lead('State    ')}{tr_word(status.state.value)}")
     if status.reason:
         _print(console, f"         {tr(status.reason)} {tr(status.remedy)}")
     if status.since_utc:
-        _print(console, tr(f"         Points since {status.since_utc[:19]} UTC are suspect."))
-    _print(
-        console,
-        tr(
-            f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
-            f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
-            f"{record.valid_until_utc[:10]}"
-        ),
+        console.show(
+            f"         Points since {status.since_utc[:19]} UTC are suspect.", soft_wrap=True
+        )
+    console.show(
+        f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
+        f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
+        f"{record.valid_until_utc[:10]}",
+        soft_wrap=True,
     )
     if qualified is not None:
-        _print(
-            console,
-            tr(
-                f"Ball     {qualified.diameter_mm:.4f} mm, U = "
-                f"{2e3 * qualified.diameter_sigma_mm:.1f} um (k = 2), form "
-                f"{1e3 * qualified.form_mm:.1f} um\n"
-                f"         qualified {qualified.made_utc[:19]} UTC by {qualified.made_by}"
-                f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}"
-            ),
+        console.show(
+            f"Ball     {qualified.diameter_mm:.4f} mm, U = {2e3 * qualified.diameter_sigma_mm:.1f} "
+            f"um (k = 2), form {1e3 * qualified.form_mm:.1f} um\n         qualified "
+            f"{qualified.made_utc[:19]} UTC by {qualified.made_by}"
+            f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}",
+            soft_wrap=True,
         )
     if state.check is not None:
         verdict = "passed" if state.check.passed else "FAILED"
-        _print(console, tr(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}"))
+        console.show(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}", soft_wrap=True)
 
 
 def _warmth(celsius: float | None) -> str:

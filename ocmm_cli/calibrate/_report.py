@@ -39,27 +39,21 @@ def print_calibration(console: PlainConsole, outcome: CalibrationOutcome) -> Non
         ))  # fmt: skip
     columns = heads("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out")
     print_grid(console, columns, rows, f"{record.rig}: {record.method}")
-    _print(
-        console,
-        tr(
-            f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per "
-            f"degree of "
-            f"freedom, {record.points} points or poses."
-        ),
+    console.show(
+        f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per "
+        f"degree of freedom, {record.points} points or poses.",
+        soft_wrap=True,
     )
     if record.outliers:
         shown = ", ".join(record.outliers[:5])
         more = tr(f" and {len(record.outliers) - 5:d} more") if len(record.outliers) > 5 else ""
-        _print(console, tr(f"Left out: {shown}{more}."))
+        console.show(f"Left out: {shown}{more}.", soft_wrap=True)
     if len(outcome.errors_world):
         x, y, z = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
-        _print(
-            console,
-            tr(
-                f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, "
-                f"{z:.1f} um "
-                f"RMS per axis."
-            ),
+        console.show(
+            f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, {z:.1f} "
+            "um RMS per axis.",
+            soft_wrap=True,
         )
     for warning in outcome.warnings:
         console.print(error_text(warning), style="yellow")
@@ -80,23 +74,21 @@ def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> N
     columns = heads("Check", "Certified", "Measured", "E um", "U um", "Limit um")
     print_grid(console, (*columns, ""), rows, tr_word("Verification"))
     if outcome.failed:
-        _print(console, tr(f"Failed   {len(outcome.failed)} of {len(record.checks)} checks"))
+        console.show(
+            f"Failed   {len(outcome.failed)} of {len(record.checks)} checks", soft_wrap=True
+        )
     for old in record.superseded:
-        _print(
-            console,
-            tr(
-                f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
-                f"{1e3 * old.limit_mm:.1f} um; repeated."
-            ),
+        console.show(
+            f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
+            f"{1e3 * old.limit_mm:.1f} um; repeated.",
+            soft_wrap=True,
         )
     worst = record.checks[outcome.largest]
     where = tr("Farthest beyond") if outcome.failed else tr("Nearest to")
-    _print(
-        console,
-        tr(
-            f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
-            f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um."
-        ),
+    console.show(
+        f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
+        f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
+        soft_wrap=True,
     )
     _print(console, f"{tr_word('Rule')}: {tr(record.rule)}.")
     _print_session(console, record)
@@ -109,20 +101,17 @@ def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> N
 
 def _print_session(console: PlainConsole, record: VerificationRecord) -> None:
     reached = sum(one.reached for one in record.corners)
-    _print(console, tr(f"Corners  {reached} of {len(record.corners)} reached"))
+    console.show(f"Corners  {reached} of {len(record.corners)} reached", soft_wrap=True)
     for corner in record.corners:
         if not corner.reached:
             why = corner.reason or tr("no reason given")
             _print(console, f"         {corner.name}: {tr('not reached')}, {why}")
     for seat in record.repeats:
         shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
-        _print(
-            console,
-            tr(
-                f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square "
-                f"{seat.square:.1f}, "
-                f"limit {seat.limit:.1f}"
-            ),
+        console.show(
+            f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square "
+            f"{seat.square:.1f}, limit {seat.limit:.1f}",
+            soft_wrap=True,
         )
     for note in record.notes:
         _print(console, f"{lead('Note     ')}{tr(note)}")
@@ -145,16 +134,15 @@ def print_status(console: PlainConsole, document: Path, folder: Path, now: datet
     for sentence in (*([str(view.blocker)] if view.blocker else []), *view.warnings):
         _print(console, f"         {tr(sentence)}")
     if view.since_utc:
-        _print(console, tr(f"         Points since {view.since_utc[:19]} UTC are suspect."))
+        console.show(
+            f"         Points since {view.since_utc[:19]} UTC are suspect.", soft_wrap=True
+        )
     record, store = view.record, in_use.store
     if record is not None and store is not None:
-        _print(
-            console,
-            tr(
-                f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} "
-                f"UTC "
-                f"by {record.made_by}, valid until {record.valid_until_utc[:10]}"
-            ),
+        console.show(
+            f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} "
+            f"UTC by {record.made_by}, valid until {record.valid_until_utc[:10]}",
+            soft_wrap=True,
         )
         if view.word is not CalibrationStatus.UNUSABLE:
             _print(console, f"{lead('Evidence ')}{evidence_words(store)}")
@@ -187,29 +175,23 @@ def print_history(console: PlainConsole, store: CalibrationStore) -> None:
 
 
 def _print_comparison(console: PlainConsole, found: CalibrationComparison) -> None:
-    _print(
-        console,
-        tr(
-            f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
-            f"rotated by {np.degrees(found.turned_rad):.3f} degrees."
-        ),
+    console.show(
+        f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
+        f"rotated by {np.degrees(found.turned_rad):.3f} degrees.",
+        soft_wrap=True,
     )
     for camera in found.cameras:
-        _print(
-            console,
-            tr(
-                f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
-                f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um."
-            ),
+        console.show(
+            f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
+            f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um.",
+            soft_wrap=True,
         )
     largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
-    _print(
-        console,
-        tr(
-            f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
-            f"U of a length (k = 2): {2e3 * found.length_sigma_after_mm:.1f} um "
-            f"(before: {2e3 * found.length_sigma_before_mm:.1f} um)."
-        ),
+    console.show(
+        f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
+        f"U of a length (k = 2): {2e3 * found.length_sigma_after_mm:.1f} um "
+        f"(before: {2e3 * found.length_sigma_before_mm:.1f} um).",
+        soft_wrap=True,
     )
 
 

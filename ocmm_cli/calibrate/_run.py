@@ -84,8 +84,16 @@ def opened(
     for path in () if setup.new else sessions(site.sessions, kind.kind):
         try:
             procedure = kind.resume(site, path)
-            if isinstance(procedure, guided.ProbeProcedure) and isinstance(stated, guided.TipSetup):
-                _require_tip(procedure.tip, stated.tip)
+            if (
+                isinstance(procedure, guided.ProbeProcedure)
+                and isinstance(stated, guided.TipSetup)
+                and procedure.tip != stated.tip
+            ):
+                raise CalibrationError(
+                    "calibrate.tip",
+                    f"The session is for tip '{procedure.tip}'.",
+                    "Give that tip, or start a new session with --new.",
+                )
         except (CalibrationError, InputError, StorageError) as error:
             # Started with another calibration, probe or version, or at an implausible temperature:
             # its observations are useless.
@@ -101,15 +109,6 @@ def opened(
                 procedure.note_temperature(now(), warm)
             return procedure
     return kind.start(site, replace(stated, temperature=warm), now())
-
-
-def _require_tip(tip: str, asked: str) -> None:
-    if tip != asked:
-        raise CalibrationError(
-            "calibrate.tip",
-            f"The session is for tip '{tip}'.",
-            "Give that tip, or start a new session with --new.",
-        )
 
 
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> composition.Feed:

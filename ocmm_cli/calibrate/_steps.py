@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -113,24 +113,25 @@ def collect_from(
     site: run.TerminalSite,
     setup: Setup,
     probe: Path,
-    scenes: Callable[[VirtualSite], tuple[Scene, ...]],
+    scenes: Callable[[Any, VirtualSite], tuple[Scene, ...]],
     console: PlainConsole,
     move: int | None = None,
     cameras: records.CalibrationInUse | None = None,
 ) -> None:
     """Record from a source, a virtual one by its scenes, and keep its frames if wanted.
 
+    ``scenes`` is called with `ocmm_sim.sources`, which is imported for virtual sources only.
     CalibrationError if a recording of real ``cameras`` has no known calibration, or the source
     ended before the last step.
     """
     frames = None
     if origin_of(setup.source) is Origin.VIRTUAL:
-        from ocmm_sim.sources import VirtualSite
+        from ocmm_sim import sources
 
         markers = site.rig.markers
         document = None if markers is None else markers.document
-        virtual = VirtualSite(site.document, probe, setup.seed, move, document)
-        script = virtual.script(scenes(virtual))
+        virtual = sources.VirtualSite(site.document, probe, setup.seed, move, document)
+        script = virtual.script(scenes(sources, virtual))
         frames = script.build().n_frames
         feed = run.virtual_feed(script, setup.source, setup.speed)
     else:

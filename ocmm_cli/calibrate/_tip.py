@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
@@ -46,14 +46,10 @@ def tip_command(
     from ocmm_core.calibration.tip import QualificationSetup, TipQualificationProcedure
 
     stated = partial(QualificationSetup, nominal_mm=diameter, valid_days=valid_days)
-    procedure, place, console = _touched(
-        TipQualificationProcedure, stated, tip, sphere, cone, shots, spot, setup
-    )
-    outcome = procedure.view.outcome
-    if outcome is not None:
-        print_qualification(console, outcome)
-    passed = outcome is not None and outcome.record.passed
-    _finish(procedure, place, setup.decision, console, passed=passed)
+    _run(
+        TipQualificationProcedure, stated, print_qualification, tip, sphere, cone, shots, spot,
+        setup,
+    )  # fmt: skip
 
 
 def check_tip_command(
@@ -68,29 +64,28 @@ def check_tip_command(
     from ocmm_cli.calibrate._tip_report import print_check
     from ocmm_core.calibration.tip import TipCheckProcedure, TouchSetup
 
-    procedure, place, console = _touched(
-        TipCheckProcedure, TouchSetup, tip, sphere, cone, shots, spot, setup
-    )
-    outcome = procedure.view.outcome
-    if outcome is not None:
-        print_check(console, outcome)
-    passed = outcome is not None and outcome.record.passed
-    _finish(procedure, place, setup.decision, console, passed=passed)
+    _run(TipCheckProcedure, TouchSetup, print_check, tip, sphere, cone, shots, spot, setup)
 
 
-def _touched(
+def _run(
     kind: type[T],
     stated: Callable[..., TouchSetup],
+    print_outcome: Callable[[PlainConsole, Any], None],
     tip: str | None,
     sphere: Path,
     cone: str,
     shots: Path | None,
     spot: TableOptions,
     setup: ProbeSetup,
-) -> tuple[T, TerminalProbeSite, PlainConsole]:
-    """Return a calculated session about the mounted tip, with its place; resumed if possible."""
-    from ocmm_cli.calibrate._run import opened
+) -> None:
+    """Measure with the mounted tip, resuming a session if possible, and store or discard.
+
+    Prints result and status of the tip, and exits with 1 unless all is well.
+    """
+    from ocmm_cli.calibrate._run import decide, now, opened
     from ocmm_cli.calibrate._steps import open_probe_site
+    from ocmm_cli.calibrate._tip_report import print_tip_status
+    from ocmm_core.calibration.guided import ProcedureDecision
     from ocmm_core.calibration.records import load_sphere
 
     console = make_console()
@@ -99,7 +94,14 @@ def _touched(
     asked = stated(who=setup.who, tip=name, sphere=load_sphere(sphere), cone=_cone(cone))
     procedure = opened(kind, place.of_probe, asked, setup, console)
     _record_missing(procedure, place, shots, spot, setup, console)
-    return procedure, place, console
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_outcome(console, outcome)
+    passed = outcome is not None and outcome.record.passed
+    made = decide(procedure, setup.decision, "", console)
+    print_tip_status(console, place.store, procedure.tip, now())
+    if made is not ProcedureDecision.ACCEPTED or not passed:
+        raise typer.Exit(1)
 
 
 def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: PlainConsole) -> str:
@@ -140,13 +142,12 @@ def _record_missing(
         steps.require_end(procedure)
     elif steps.is_lacking(procedure):
 
-        def scenes(_virtual: VirtualSite) -> tuple[Scene, ...]:
+        def scenes(sim: Any, _virtual: VirtualSite) -> tuple[Scene, ...]:
             from ocmm_sim.calibration_scenes import TipFault
-            from ocmm_sim.sources import scene_of_tip
 
             fault = TipFault(**_FAULTS[setup.scene])
             view, sphere = procedure.view, procedure.sphere
-            return (scene_of_tip(view, sphere, site.rig, setup.seed, fault),)
+            return (sim.scene_of_tip(view, sphere, site.rig, setup.seed, fault),)
 
         steps.collect_from(
             procedure, site, setup, setup.probe, scenes, console, cameras=place.cameras
@@ -182,25 +183,6 @@ def take_tip_shots(
                 "Give the shots of the sphere, then those in the cone.",
             )
         procedure.take_shot(shot.uv, shot.sigma_px, now())
-
-
-def _finish(
-    procedure: TipQualificationProcedure | TipCheckProcedure,
-    place: TerminalProbeSite,
-    decision: bool | None,
-    console: PlainConsole,
-    *,
-    passed: bool,
-) -> None:
-    """Store or discard the result, print the tip's status, and exit with 1 unless all is well."""
-    from ocmm_cli.calibrate._run import decide, now
-    from ocmm_cli.calibrate._tip_report import print_tip_status
-    from ocmm_core.calibration.guided import ProcedureDecision
-
-    made = decide(procedure, decision, "", console)
-    print_tip_status(console, place.store, procedure.tip, now())
-    if made is not ProcedureDecision.ACCEPTED or not passed:
-        raise typer.Exit(1)
 
 
 def _cone(text: str) -> ArtefactUse | None:

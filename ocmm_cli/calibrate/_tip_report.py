@@ -69,9 +69,8 @@ def print_cone(console: PlainConsole, view: TouchView) -> None:
     print_grid(console, columns, rows, tr_word("Ball in the cone"))
     x, y, z = 1e3 * cone.half_range_mm
     console.show(
-        f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
-        f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, "
-        f"{z:.1f} um",
+        f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest {1e3 * cone.largest_mm:.1f} "
+        f"um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, {z:.1f} um",
         soft_wrap=True,
     )
 
@@ -80,10 +79,9 @@ def print_qualification(console: PlainConsole, outcome: TipOutcome) -> None:
     record = outcome.record
     _print_checks(console, "Qualification", record.checks)
     console.show(
-        f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
-        f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point "
-        f"{1e3 * record.point_sigma_mm:.1f} "
-        f"um (standard deviation)",
+        f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um (k = "
+        f"2); form {1e3 * record.form_mm:.1f} um, one point {1e3 * record.point_sigma_mm:.1f} um "
+        "(standard deviation)",
         soft_wrap=True,
     )
     if outcome.previous is not None:
@@ -212,15 +210,13 @@ def _print_validation(console: PlainConsole, outcome: PivotOutcome) -> None:
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * check.tip_difference)
     sigma = ", ".join(f"{value:.1f}" for value in 2e3 * check.tip_difference_sigma)
     console.show(
-        f"Second against first: tip {off} um (U {sigma}), LEDs "
-        f"{1e3 * check.led_difference:.1f} um "
+        f"Second against first: tip {off} um (U {sigma}), LEDs {1e3 * check.led_difference:.1f} um "
         f"RMS, cone {check.place_distance:.0f} mm and attitude "
         f"{np.degrees(check.attitude_distance):.0f} degrees apart."
     )
     if np.isfinite(check.articulation_2s):
         console.show(
-            f"Articulation of the tip in the second sweep: 2s "
-            f"{1e3 * check.articulation_2s:.1f} "
+            f"Articulation of the tip in the second sweep: 2s {1e3 * check.articulation_2s:.1f} "
             f"um, largest {1e3 * check.articulation_max:.1f} um."
         )
 
@@ -232,9 +228,8 @@ def _print_change(console: PlainConsole, outcome: PivotOutcome) -> None:
         return
     off = ", ".join(f"{value:+.1f}" for value in 1e3 * change.tip_difference)
     console.show(
-        f"Change   tip {1e3 * change.tip_distance:.1f} um ({off}), LEDs "
-        f"{1e3 * change.led_rms:.1f} um RMS since {change.previous.made_utc[:10]}; limit "
-        f"{1e3 * change.limit_mm:.0f} um.",
+        f"Change   tip {1e3 * change.tip_distance:.1f} um ({off}), LEDs {1e3 * change.led_rms:.1f} "
+        f"um RMS since {change.previous.made_utc[:10]}; limit {1e3 * change.limit_mm:.0f} um.",
         style="bold yellow" if change.must_be_confirmed else "",
     )
 

@@ -14,8 +14,6 @@ from ocmm_cli.terminal import error_text, heads, make_console, print_grid, tr
 if TYPE_CHECKING:
     from ocmm_core.calibration.records import CameraRecord
     from ocmm_core.camera import TrackerNoise
-    from ocmm_sim.calibration_scenes import Scene
-    from ocmm_sim.sources import VirtualSite
 
 
 def tracker(*, valid_days: int, choice: ProbeChoice, setup: CameraSetup) -> None:
@@ -34,13 +32,10 @@ def tracker(*, valid_days: int, choice: ProbeChoice, setup: CameraSetup) -> None
     place = site.of_cameras(site.rig, body)
     procedure = run.opened(TrackerProcedure, place, stated, setup, console)
     if steps.is_lacking(procedure):
-
-        def scenes(virtual: VirtualSite) -> tuple[Scene, ...]:
-            from ocmm_sim.sources import scenes_of_tracker
-
-            return scenes_of_tracker(virtual, site.rig, procedure.view)
-
-        steps.collect_from(procedure, site, setup, choice.probe, scenes, console)
+        steps.collect_from(
+            procedure, site, setup, choice.probe,
+            lambda sim, at: sim.scenes_of_tracker(at, site.rig, procedure.view), console,
+        )  # fmt: skip
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None and site.rig.markers is not None:

@@ -190,8 +190,7 @@ def print_explanations(console: PlainConsole, explained: Sequence[Explanation]) 
 
 def print_counters(console: PlainConsole, status: AcquisitionStatus) -> None:
     console.show(
-        f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
-        f"lost, "
+        f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} lost, "
         f"{status.bad} bad"
     )
     console.show(

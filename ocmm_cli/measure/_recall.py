@@ -44,7 +44,6 @@ def recall_command(
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
     from ocmm_core.calibration.records import default_folder
-    from ocmm_core.inspection.finished import Outcome
     from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 
     console = terminal.make_console()
@@ -56,10 +55,7 @@ def recall_command(
         record = recall(places, datetime.now(UTC), tell, site=site)
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))
-    show_recall(console, record)
-    write_recall(console, record, json_file, pdf_file)
-    if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
-        raise typer.Exit(1)
+    _conclude(console, record, json_file, pdf_file)
 
 
 def _let_fall(
@@ -91,19 +87,23 @@ def _let_fall(
         )
 
 
-def write_recall(
+def _conclude(
     console: PlainConsole, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
 ) -> None:
-    """Write the sealed recall and its pages if requested."""
+    """Print a recall, write it sealed and its pages if requested; exit 1 unless all holds."""
     from ocmm_core.calibration.records import seal_signed
+    from ocmm_core.inspection.finished import Outcome
     from ocmm_core.seals import Signed
 
+    show_recall(console, record)
     if json_file is not None:
         _write(json_file, seal_signed(record, Signed.RECALL))
         console.print(f"{terminal.lead('Recall  ')}{json_file}")
     if pdf_file is not None:
         _print_pages(record, pdf_file)
         console.print(f"{terminal.lead('Recall  ')}{pdf_file}")
+    if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
+        raise typer.Exit(1)
 
 
 def show_recall(console: PlainConsole, record: RecallRecord) -> None:
@@ -181,18 +181,11 @@ def recall_archived(
     verdicts hold, else with 1.
     """
     from ocmm_core.calibration.records import default_folder
-    from ocmm_core.inspection.finished import Outcome
     from ocmm_shop.archive.stores import open_archive
-    from ocmm_shop.archiving import archive_place
+    from ocmm_shop.archiving import required_place
     from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
 
-    place = archive_place(archive)
-    if place is None:
-        raise InputError(
-            "archive.off",
-            "The archive is off.",
-            "Turn it on: ocmm settings set archive.address local, or give --archive.",
-        )
+    place = required_place(archive)
     named = {"artefact": artefact, "tip": tip, "calibration": calibration}
     given = [(kind, identity) for kind, identity in named.items() if identity]
     if len(given) > 1 or bool(given) != (since is not None):
@@ -213,7 +206,4 @@ def recall_archived(
     if who and record.jobs:
         with open_archive(place.address, password=place.password) as opened:
             record, _ = decide_archived(opened, record, who, datetime.now(UTC))
-    show_recall(console, record)
-    write_recall(console, record, json_file, pdf_file)
-    if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
-        raise typer.Exit(1)
+    _conclude(console, record, json_file, pdf_file)

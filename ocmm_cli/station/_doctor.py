@@ -26,17 +26,6 @@ import msgspec
 from ocmm_cli.terminal import tr_later
 from ocmm_core import doctor
 from ocmm_core.acquisition.bus_process import BUS_PRIORITY, CAMERA_PRIORITY, take_priority
-from ocmm_core.doctor import (
-    LIMITS,
-    UNDO_FILE,
-    ChangeKind,
-    Computer,
-    NotAskedError,
-    SystemChange,
-    adapter_settings,
-    change_setting,
-    is_allowed,
-)
 from ocmm_core.documents import read_bytes, write_atomic, write_new
 from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
 from ocmm_core.fieldbus import wire
@@ -59,12 +48,14 @@ def measured_checks(seconds: float) -> tuple[doctor.CheckSpec, ...]:
 
     def loop() -> doctor.LoopTimes:
         if seconds <= 0.0:
-            raise NotAskedError(tr_later("Not measured."), tr_later("Measure it: --seconds 60"))
+            raise doctor.NotAskedError(
+                tr_later("Not measured."), tr_later("Measure it: --seconds 60")
+            )
         length = min(seconds, LONGEST_LOOP_S)
         try:
             inside = wire.namespace_command()
         except OcmmError as error:
-            raise NotAskedError(error.what, tr_later("Measure it as root.")) from error
+            raise doctor.NotAskedError(error.what, tr_later("Measure it as root.")) from error
         return doctor.answer_of(
             [*inside, sys.executable, "-m", _MODULE, str(length)], length, doctor.LoopTimes
         )
@@ -145,7 +136,7 @@ def _cycle(near: socket.socket, count: int) -> doctor.LoopTimes:
     gc.enable()
     ways = sorted(there - begin for begin, there in zip(sent, came, strict=True) if there)
     if not ways:
-        raise NotAskedError(tr_later("No frame came back."))
+        raise doctor.NotAskedError(tr_later("No frame came back."))
     return doctor.LoopTimes(
         cycles=count, lost=count - len(ways), late=sum(one > doctor.PERIOD_NS for one in ways),
         p50_us=doctor.part(ways, 0.5), p999_us=doctor.part(ways, 0.999),
@@ -175,21 +166,21 @@ class _Kept(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """Boot id; the next boot reverts kernel values and renumbers interrupts."""
     folders: tuple[str, ...]
     """Created folders, outermost first."""
-    changes: tuple[SystemChange, ...]
+    changes: tuple[doctor.SystemChange, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Mended:
     """Result of one change."""
 
-    change: SystemChange
+    change: doctor.SystemChange
     complaint: str = ""
     """Why it was not applied or reverted; empty on success."""
     failed: bool = False
     """Refused by the system; may be possible later."""
 
 
-def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, ...]:
+def mend(computer: doctor.Computer, changes: Sequence[doctor.SystemChange]) -> tuple[Mended, ...]:
     """Apply changes; raise StorageError, changing nothing, if undo cannot be stored.
 
     `undo` can revert each, also after a power cut midway.
@@ -199,9 +190,9 @@ def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, .
         return ()
     kept = _kept(computer)
     boot = _boot(computer)
-    folders = kept.folders + _missing_above(computer, UNDO_FILE)
+    folders = kept.folders + _missing_above(computer, doctor.UNDO_FILE)
     for change in changes:
-        if change.kind is ChangeKind.NEW_FILE:
+        if change.kind is doctor.ChangeKind.NEW_FILE:
             folders += _missing_above(computer, change.place)
     folders = tuple(dict.fromkeys(folders))
     before = kept.changes if kept.boot == boot else _lasting(kept.changes)
@@ -216,13 +207,13 @@ def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, .
     return tuple(_made(computer, change, change.before, change.after) for change in changes)
 
 
-def undo(computer: Computer) -> tuple[Mended, ...]:
+def undo(computer: doctor.Computer) -> tuple[Mended, ...]:
     """Revert all changes, last first; return them in that order.
 
     Values changed by others since are left alone. InputError if nothing was changed, or the file
     with previous values is damaged; StorageError if this user cannot revert them.
     """
-    place = computer.place(UNDO_FILE)
+    place = computer.place(doctor.UNDO_FILE)
     if not place.exists():
         raise InputError(
             "doctor.nothing_to_undo", "Nothing was changed by --fix.", "There is nothing to undo."
@@ -249,23 +240,25 @@ def undo(computer: Computer) -> tuple[Mended, ...]:
     return done
 
 
-def can_undo(computer: Computer) -> bool:
+def can_undo(computer: doctor.Computer) -> bool:
     """Return whether there are changes to revert."""
-    return computer.place(UNDO_FILE).exists()
+    return computer.place(doctor.UNDO_FILE).exists()
 
 
-def may_mend(computer: Computer) -> bool:
+def may_mend(computer: doctor.Computer) -> bool:
     """Return whether this user may change the computer, by access to the undo file.
 
     The root folder is no criterion: a station's system is read-only with overlays.
     """
-    folder = computer.place(UNDO_FILE).parent
+    folder = computer.place(doctor.UNDO_FILE).parent
     while not folder.exists():
         folder = folder.parent
     return os.access(folder, os.W_OK)
 
 
-def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> Mended:
+def _made(
+    computer: doctor.Computer, change: doctor.SystemChange, there: str, wanted: str
+) -> Mended:
     try:
         now = _now(computer, change)
         if now == wanted:
@@ -274,28 +267,28 @@ def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> 
             now = now or tr_later("not there")
             return Mended(change, tr_later(f"it is {now} now; somebody else changed it"))
         _write(computer, change, wanted)
-    except NotAskedError as error:
+    except doctor.NotAskedError as error:
         return Mended(change, error.what, failed=True)
     except OSError as error:
         return Mended(change, str(error.strerror), failed=True)
     return Mended(change)
 
 
-def _now(computer: Computer, change: SystemChange) -> str:
-    if change.kind is ChangeKind.ADAPTER:
+def _now(computer: doctor.Computer, change: doctor.SystemChange) -> str:
+    if change.kind is doctor.ChangeKind.ADAPTER:
         name, kind, option = change.place.split()
-        return adapter_settings(computer, name, kind).get(option, "")
-    if change.kind is ChangeKind.NEW_FILE:
+        return doctor.adapter_settings(computer, name, kind).get(option, "")
+    if change.kind is doctor.ChangeKind.NEW_FILE:
         return f"{computer.text(change.place)}\n" if computer.has(change.place) else ""
     return computer.text(change.place)
 
 
-def _write(computer: Computer, change: SystemChange, value: str) -> None:
+def _write(computer: doctor.Computer, change: doctor.SystemChange, value: str) -> None:
     place = computer.place(change.place)
-    if change.kind is ChangeKind.ADAPTER:
+    if change.kind is doctor.ChangeKind.ADAPTER:
         name, kind, option = change.place.split()
-        change_setting(computer, name, kind, option, value)
-    elif change.kind is ChangeKind.NEW_FILE:
+        doctor.change_setting(computer, name, kind, option, value)
+    elif change.kind is doctor.ChangeKind.NEW_FILE:
         if value:
             write_new(place, value.encode("ascii"))
             # Read by programs of all users, whatever root's umask.
@@ -311,33 +304,33 @@ def _write(computer: Computer, change: SystemChange, value: str) -> None:
             os.close(descriptor)
 
 
-def _keep(computer: Computer, kept: _Kept) -> None:
+def _keep(computer: doctor.Computer, kept: _Kept) -> None:
     content = msgspec.json.format(msgspec.json.encode(kept), indent=1)
-    write_atomic(computer.place(UNDO_FILE), content + b"\n")
+    write_atomic(computer.place(doctor.UNDO_FILE), content + b"\n")
 
 
-def _kept(computer: Computer) -> _Kept:
+def _kept(computer: doctor.Computer) -> _Kept:
     """Return stored undo data; raise InputError if damaged."""
-    place = computer.place(UNDO_FILE)
+    place = computer.place(doctor.UNDO_FILE)
     if not place.exists():
         return _Kept(schema=_SCHEMA, boot="", folders=(), changes=())
     try:
         kept = msgspec.json.decode(read_bytes(place, _MOST_BYTES), type=_Kept)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise _damaged(place) from error
-    if kept.schema != _SCHEMA or not all(is_allowed(one) for one in kept.changes):
+    if kept.schema != _SCHEMA or not all(doctor.is_allowed(one) for one in kept.changes):
         raise _damaged(place)
     if not all(
-        any(Path(folder) in Path(file).parents for file in (UNDO_FILE, LIMITS))
+        any(Path(folder) in Path(file).parents for file in (doctor.UNDO_FILE, doctor.LIMITS))
         for folder in kept.folders
     ):
         raise _damaged(place)
     return kept
 
 
-def _require_allowed(changes: Sequence[SystemChange]) -> None:
+def _require_allowed(changes: Sequence[doctor.SystemChange]) -> None:
     for change in changes:
-        if not is_allowed(change):
+        if not doctor.is_allowed(change):
             raise InternalError(
                 "doctor.change",
                 f"A check asked for a change that is none of those it may ask for: {change.place}.",
@@ -345,19 +338,19 @@ def _require_allowed(changes: Sequence[SystemChange]) -> None:
             )
 
 
-def _lasting(changes: Sequence[SystemChange]) -> tuple[SystemChange, ...]:
+def _lasting(changes: Sequence[doctor.SystemChange]) -> tuple[doctor.SystemChange, ...]:
     """Return the changes that survive a reboot."""
-    return tuple(one for one in changes if one.kind is ChangeKind.NEW_FILE)
+    return tuple(one for one in changes if one.kind is doctor.ChangeKind.NEW_FILE)
 
 
-def _boot(computer: Computer) -> str:
+def _boot(computer: doctor.Computer) -> str:
     try:
         return computer.text(_BOOT)
-    except NotAskedError:
+    except doctor.NotAskedError:
         return ""
 
 
-def _missing_above(computer: Computer, path: str) -> tuple[str, ...]:
+def _missing_above(computer: doctor.Computer, path: str) -> tuple[str, ...]:
     """Return the missing parent folders of a path, outermost first."""
     above = [one for one in Path(path).parents if not computer.has(one)]
     return tuple(str(one) for one in reversed(above))

@@ -257,7 +257,7 @@ def run_for(bus_time_s: float, console: PlainConsole) -> MemoryRun:
                         break
                     if station.looks.live().time_s >= bus_time_s * (len(memory) + 1) / _SAMPLES:
                         kept = 0 if station.history is None else station.history.size_bytes
-                        memory.append(_resident_mib() - kept / _MIB)
+                        memory.append((HOST.resident_bytes() - kept) / _MIB)
                         progress.advance(task)
                 frames = station.looks.acquisition().frames
             finally:
@@ -273,7 +273,3 @@ def print_run(run: MemoryRun, bus_time_s: float, console: PlainConsole) -> None:
     console.print(
         f"Real-time factor of the whole chain, virtual rig included: {bus_time_s / run.wall_s:.1f}"
     )
-
-
-def _resident_mib() -> float:
-    return HOST.resident_bytes() / _MIB

@@ -162,8 +162,7 @@ def _print_uncertainty(console: PlainConsole, rows: Sequence[FitRow]) -> None:
         degrees = _range([one.degrees for one in known], 1)
         factors = _range([one.k for one in known if one.k is not None], 2)
         console.show(
-            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
-            f"It "
+            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. It "
             "excludes the measuring system.",
             style="dim",
         )
@@ -210,8 +209,7 @@ def _print_rival(console: PlainConsole, fit: Fit) -> None:
             ("AMBIGUOUS:", "bold red"),
             tr(
                 " the points fit two elements, and their noise cannot tell which. Use neither; "
-                "take "
-                "more points, spread over more of the feature."
+                "take more points, spread over more of the feature."
             ),
         )
     )

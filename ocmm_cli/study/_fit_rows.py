@@ -63,7 +63,10 @@ def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
         rows.append(FitRow(title, "across", tuple(fit.across.tolist()), "", own, "rad"))
     for size in spec.sizes:
         unit, factor = ("deg", float(np.degrees(2.0))) if size.is_angle else ("mm", 2.0)
-        own = None if found is None else _stated(found, size.place)
+        own = None
+        if found is not None:
+            stated = {RADIUS: found.radius, SECOND: found.second, HALF_ANGLE: found.half_angle}
+            own = stated[size.place]
         values = (factor * float(fit.geometry[size.place]),)
         key = size.word.replace(" ", "_")
         rows.append(FitRow(tr_word(size.title), key, values, unit, own, unit, factor))
@@ -72,10 +75,6 @@ def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
     rows.append(FitRow(tr(f"Form ({word})"), "form", (fit.form,), "mm", None, ""))
     rows.append(FitRow(tr("RMS of the residuals"), "rms", (fit.rms,), "mm", None, ""))
     return rows
-
-
-def _stated(found: FitUncertainty, place: int) -> Stated | None:
-    return {RADIUS: found.radius, SECOND: found.second, HALF_ANGLE: found.half_angle}[place]
 
 
 SCHEMA = "ocmm.fit/1"

@@ -105,8 +105,7 @@ def probe_calibration(
     d = 1e3 * result.distances
     console.show(
         f"{runs} calibrations of {study.poses} poses, estimator '{study.estimator}': error of the "
-        f"tip "
-        f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}.",
+        f"tip RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}.",
         highlight=True,
     )
     if study.with_leds:
@@ -119,8 +118,7 @@ def probe_calibration(
         )
     console.show(
         f"{elapsed:.1f} s; {runs * study.poses / result.cpu_s / 1e6:.2f} million poses per second "
-        f"per "
-        "processor.",
+        "per processor.",
         highlight=True,
     )
     console.print(

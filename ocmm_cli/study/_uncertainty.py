@@ -54,7 +54,7 @@ def uncertainty_command(
     if monte_carlo:
         options = MonteCarloOptions(max_trials=trials, digits=digits, seed=seed)
         for task in found.tasks:
-            wanted = _only(task, asked)
+            wanted = task.only(tuple(item for item in task.characteristics if item.name in asked))
             if wanted.characteristics:
                 _print_simulation(console, _simulated(console, wanted, options, site))
 
@@ -103,11 +103,6 @@ def _print_sources(console: PlainConsole, budget: Budget) -> None:
     columns = (source, f"u, {budget.unit}", share, "", kind, origin)
     title = f"{budget.characteristic} = {budget.value:.5f} {budget.unit}"
     print_grid(console, columns, rows, title, spare=[[""]])
-
-
-def _only(task: Task, names: list[str]) -> Task:
-    kept = tuple(item for item in task.characteristics if item.name in names)
-    return task.only(kept)
 
 
 def _simulated(

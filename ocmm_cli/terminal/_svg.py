@@ -123,9 +123,8 @@ def label(x: float, y: float, words: str, size: int, anchor: str) -> str:
 def page(title: str, subtitle: str, parts: Sequence[str]) -> str:
     """Return the whole picture with its title above the parts."""
     head = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" '
-        f'viewBox="0 0 {WIDTH} {HEIGHT}" fill="none">'
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 '
+        f'{WIDTH} {HEIGHT}" fill="none"><rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>'
     )
     words = [label(20, 26, title, 18, "start"), label(20, 46, subtitle, 13, "start")]
     return "\n".join([head, *words, *parts, "</svg>", ""])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -57,25 +58,22 @@ def serve_ippdme(
     ended = stop_event()
     failures: list[Exception] = []
 
-    def tell(words: str) -> None:
-        console.show(words)
-
     def fail(error: Exception) -> None:
         failures.append(error)
-        tell(str(error))
+        console.show(str(error))
 
     request = site.request(resource("plans", POINTS))
     built = build_station(replace(request, stay=True, idle=True))
     header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
     try:
-        service = DmeService(built.station, built.hand, header, options, tell, fail)
+        service = DmeService(built.station, built.hand, header, options, console.show, fail)
         service.machine.start()
         console.print(f"{lead('Source  ')}{built.description.name}", highlight=True)
         service.start()
         state = service.state()
-        tell(f"{state.title} on {state.address}. Ctrl-C ends.")
+        console.show(f"{state.title} on {state.address}. Ctrl-C ends.")
         if sys.stdin is not None and sys.stdin.isatty():
-            tell(f"Type {OPERATOR}.")
+            console.show(f"Type {OPERATOR}.")
             threading.Thread(target=_read_keys, args=(service,), name="keys", daemon=True).start()
         _show_way(console, service, ended)
         service.close()
@@ -87,13 +85,10 @@ def serve_ippdme(
 
 def _show_way(console: PlainConsole, service: DmeService, ended: threading.Event) -> None:
     """Show the way to the target until the end; on a terminal only, other outputs are files."""
-    if not console.is_terminal:
+    with console.status("") if console.is_terminal else nullcontext() as line:
         while service.server.is_running and not ended.wait(_LOOK_S):
-            pass
-        return
-    with console.status("") as line:
-        while service.server.is_running and not ended.wait(_LOOK_S):
-            line.update(shown(service.machine.way_words()))
+            if line is not None:
+                line.update(shown(service.machine.way_words()))
 
 
 def _read_keys(service: DmeService) -> None:

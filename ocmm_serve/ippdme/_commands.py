@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from ocmm_serve.ippdme import _grammar as grammar
-from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation, checked
+from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation
 from ocmm_serve.ippdme._points import ABSENT
 from ocmm_serve.ippdme._state import (
     AXES,
@@ -168,10 +168,6 @@ def enum_all_prop(state: DmeState, args: Args) -> list[str]:
     return lines
 
 
-def get_dme_version(state: DmeState, args: Args) -> list[str]:
-    return [grammar.call_text("DMEVersion", grammar.quoted(state.dialect.version))]
-
-
 def get_machine_class(state: DmeState, args: Args) -> list[str]:
     if state.dialect is grammar.DmeDialect.V14:
         return ['GetMachineClass("CartCMM")']
@@ -184,22 +180,9 @@ def home(state: DmeState, args: Args) -> None:
     state.homed = True
 
 
-def is_homed(state: DmeState, args: Args) -> list[str]:
-    return [f"IsHomed({state.homed:d})"]
-
-
-def enable_user(state: DmeState, args: Args) -> None:
-    state.user_asked = True
-    state.user(enabled=True)
-
-
-def disable_user(state: DmeState, args: Args) -> None:
-    state.user_asked = False
-    state.user(enabled=False)
-
-
-def is_user_enabled(state: DmeState, args: Args) -> list[str]:
-    return [f"IsUserEnabled({state.user_enabled:d})"]
+def enable_user(state: DmeState, args: Args, *, enabled: bool = True) -> None:
+    state.user_asked = enabled
+    state.user(enabled=enabled)
 
 
 def on_move_report(state: DmeState, args: Args) -> None:
@@ -242,10 +225,10 @@ def get_csy_transformation(state: DmeState, args: Args) -> list[str]:
     name = word_in(args)
     if name not in CHAIN:
         raise grammar.DmeError(505)
-    return [_transformation_text(state, state.frames.transformation(name))]
+    return [transformation_text(state, state.frames.transformation(name))]
 
 
-def _transformation_text(state: DmeState, found: CsyTransformation) -> str:
+def transformation_text(state: DmeState, found: CsyTransformation) -> str:
     if state.dialect is grammar.DmeDialect.V14:
         return grammar.call_text("GetCsyTransformation", *found.values)
     names = ("X0", "Y0", "Z0", "Theta", "Psi", "Phi")
@@ -253,19 +236,10 @@ def _transformation_text(state: DmeState, found: CsyTransformation) -> str:
     return grammar.list_text(grammar.call_text(name, value) for name, value in pairs)
 
 
-def save_active_coord_system(state: DmeState, args: Args) -> None:
-    _store(state, text_in(args), state.frames.transformation(CHAIN[-1]))
-
-
-def save_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
-    _store(state, text_in(args[:1]), checked(numbers_in(args[1:], 6)))
-    return []
-
-
 _MOST_NAMED = 256
 
 
-def _store(state: DmeState, name: str, found: CsyTransformation) -> None:
+def store_csy(state: DmeState, name: str, found: CsyTransformation) -> None:
     named = {**state.frames.named, name: found}
     if len(named) > _MOST_NAMED:
         raise grammar.DmeError(511, detail="Too many named coordinate systems. Delete some.")
@@ -273,26 +247,18 @@ def _store(state: DmeState, name: str, found: CsyTransformation) -> None:
 
 
 def load_coord_system(state: DmeState, args: Args) -> None:
-    values = _named(state, args).values
+    values = named_csy(state, args).values
     state.frames = state.frames.transformed(CHAIN[-1], values)
     state.changed_frames()
 
 
 def delete_coord_system(state: DmeState, args: Args) -> None:
-    _named(state, args)
+    named_csy(state, args)
     left = {name: one for name, one in state.frames.named.items() if name != text_in(args)}
     state.frames = replace(state.frames, named=left)
 
 
-def enum_coord_systems(state: DmeState, args: Args) -> list[str]:
-    return [grammar.quoted(name) for name in state.frames.named]
-
-
-def get_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
-    return [_transformation_text(state, _named(state, args))]
-
-
-def _named(state: DmeState, args: Args) -> CsyTransformation:
+def named_csy(state: DmeState, args: Args) -> CsyTransformation:
     found = state.frames.named.get(text_in(args))
     if found is None:
         raise grammar.DmeError(1013)

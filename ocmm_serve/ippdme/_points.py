@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
-from ocmm_serve.ippdme._grammar import DmeDialect, DmeError, call_text
+from ocmm_core.measuring import MeasuredPoint, RefusalCode
+from ocmm_serve.ippdme._grammar import DmeDialect, call_text
 from ocmm_serve.ippdme._state import AXES, BallPose, CommandedTouch, DmeState
 
 ABSENT = ("R", "Tool.A", "Tool.B", "Tool.C")
@@ -35,10 +35,6 @@ _LEAST_COSINE = 0.5
 def refusal_number(code: RefusalCode) -> int:
     """Return the error of a refused touch: by default an illegal touch."""
     return _NUMBERS.get(code, 1001)
-
-
-def refusal_error(refusal: Refusal) -> DmeError:
-    return DmeError(refusal_number(refusal.code), detail=f"{refusal.what} {refusal.remedy}")
 
 
 def pose_text(state: DmeState, items: Sequence[str], pose: BallPose, radius: float = 0.0) -> str:

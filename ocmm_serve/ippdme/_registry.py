@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_serve.ippdme import _commands as own
 from ocmm_serve.ippdme._commands import Args, text_in
-from ocmm_serve.ippdme._grammar import Call, DmeDialect, DmeError, Value, quoted
+from ocmm_serve.ippdme._frames import CHAIN, checked
+from ocmm_serve.ippdme._grammar import Call, DmeDialect, DmeError, call_text, quoted
 from ocmm_serve.ippdme._points import ABSENT, POINT_ITEMS, pose_text
 from ocmm_serve.ippdme._state import (
     AXES,
@@ -143,22 +145,10 @@ def get_change_tool_action(state: DmeState, args: Args) -> list[str]:
     return [f"Argument({action}), X(0), Y(0), Z(0)"]
 
 
-def tool(state: DmeState, args: Args) -> list[str]:
-    return [] if state.dialect is DmeDialect.V14 else [state.tool]
-
-
 def found_tool(state: DmeState, args: Args) -> list[str]:
     if state.found == UNDEFINED:
         raise DmeError(1503)
     return [] if state.dialect is DmeDialect.V14 else [state.found]
-
-
-def re_qualify(state: DmeState, args: Args) -> None:
-    state.machine.require_qualified()
-
-
-def is_alignable(state: DmeState, args: Args) -> list[str]:
-    return ["0"]
 
 
 BOTH = frozenset(DmeDialect)
@@ -188,10 +178,6 @@ class CommandSpec:
 def supported(dialect: DmeDialect) -> Mapping[str, CommandSpec]:
     """Return the commands of a dialect, in the order of the table."""
     return {one.name: one for one in COMMANDS if dialect in one.dialects}
-
-
-def get_supported_commands(state: DmeState, args: tuple[Value, ...]) -> list[str]:
-    return list(supported(state.dialect))
 
 
 def _same(
@@ -237,19 +223,22 @@ COMMANDS: tuple[CommandSpec, ...] = (
         own.enum_prop),
     CommandSpec("EnumAllProp", "Server", "property", "Members of all levels, with dotted names.",
         own.enum_all_prop),
-    CommandSpec("GetDMEVersion", "DME", "", "Version of the dialect.", own.get_dme_version),
+    CommandSpec("GetDMEVersion", "DME", "", "Version of the dialect.",
+        lambda state, _: [call_text("DMEVersion", quoted(state.dialect.version))]),
     CommandSpec("GetMachineClass", "DME", "", "CartCMM; in 2.5 the class of manual machines.",
         own.get_machine_class),
     CommandSpec("GetSupportedCommands", "DME", "", "Names of all commands.",
-        get_supported_commands, dialects=NEWER),
+        lambda state, _: list(supported(state.dialect)), dialects=NEWER),
     CommandSpec("Home", "DME", "", "Moves nothing; succeeds if points can be recorded.",
         own.home, takes_user=True),
-    CommandSpec("IsHomed", "DME", "", "1 after Home.", own.is_homed),
+    CommandSpec("IsHomed", "DME", "", "1 after Home.",
+        lambda state, _: [f"IsHomed({state.homed:d})"]),
     CommandSpec("EnableUser", "Mover", "", "The operator leads: each touch is sent as an event.",
         own.enable_user),
     CommandSpec("DisableUser", "Mover", "", "Touches are no longer sent unasked.",
-        own.disable_user),
-    CommandSpec("IsUserEnabled", "Mover", "", "1 while the operator leads.", own.is_user_enabled),
+        partial(own.enable_user, enabled=False)),
+    CommandSpec("IsUserEnabled", "Mover", "", "1 while the operator leads.",
+        lambda state, _: [f"IsUserEnabled({state.user_enabled:d})"]),
     CommandSpec("OnMoveReportE", "Mover", "Time(s), Dis(d), X(), ...", "While LEDs are seen.",
         own.on_move_report, fast=True),
     CommandSpec("SetCoordSystem", "CartCMM", "name", "Selects the system of all numbers.",
@@ -260,17 +249,22 @@ COMMANDS: tuple[CommandSpec, ...] = (
     CommandSpec("GetCsyTransformation", "CartCMM", "name", "The six numbers of a system.",
         own.get_csy_transformation),
     CommandSpec("SaveActiveCoordSystem", "CartCMM", '"name"', "Stores that of the part.",
-        own.save_active_coord_system, dialects=NEWER),
+        lambda state, args: own.store_csy(
+            state, text_in(args), state.frames.transformation(CHAIN[-1])
+        ), dialects=NEWER),
     CommandSpec("SaveNamedCsyTransformation", "CartCMM", '"name", 6 numbers', "Stores it.",
-        own.save_named_csy_transformation, dialects=NEWER),
+        lambda state, args: own.store_csy(
+            state, text_in(args[:1]), checked(numbers_in(args[1:], 6))
+        ), dialects=NEWER),
     CommandSpec("LoadCoordSystem", "CartCMM", '"name"', "Makes it that of the part.",
         own.load_coord_system, dialects=NEWER),
     CommandSpec("DeleteCoordSystem", "CartCMM", '"name"', "Forgets a stored one.",
         own.delete_coord_system, dialects=NEWER),
     CommandSpec("EnumCoordSystems", "CartCMM", "", "Names of the stored ones.",
-        own.enum_coord_systems, dialects=NEWER),
+        lambda state, _: [quoted(name) for name in state.frames.named], dialects=NEWER),
     CommandSpec("GetNamedCsyTransformation", "CartCMM", '"name"', "Its six numbers.",
-        own.get_named_csy_transformation, dialects=NEWER),
+        lambda state, args: [own.transformation_text(state, own.named_csy(state, args))],
+        dialects=NEWER),
     *_same("Cartesian", "GoTo", "any", "Not offered (0501): there are no drives.",
         own.refusing(501)),
     *_same("RotaryTable", "AlignPart", "any", "Not offered (0501): no rotary table.",
@@ -305,10 +299,11 @@ COMMANDS: tuple[CommandSpec, ...] = (
         takes_user=True),
     CommandSpec("GetChangeToolAction", "ToolChanger", '"name"', "Tips are changed by hand.",
         get_change_tool_action),
-    CommandSpec("Tool", "Tool", "", "The active tool.", tool),
+    CommandSpec("Tool", "Tool", "", "The active tool.",
+        lambda state, _: [] if state.dialect is DmeDialect.V14 else [state.tool]),
     CommandSpec("FoundTool", "Tool", "", "The tool of FindTool.", found_tool),
     CommandSpec("ReQualify", "Tool", "", "Succeeds if the qualification of the tip is in force.",
-        re_qualify),
+        lambda state, _: state.machine.require_qualified()),
     CommandSpec("IsAlignable", "Alignable", "", "0: the probe is in the operator's hand.",
-        is_alignable, dialects=NEWER),
+        lambda *_: ["0"], dialects=NEWER),
 )  # fmt: skip

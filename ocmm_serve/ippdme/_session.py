@@ -13,19 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_serve.ippdme import _grammar
 from ocmm_serve.ippdme import _points as points
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
-from ocmm_serve.ippdme._grammar import (
-    ERRORS,
-    NO_TAG,
-    DmeCommand,
-    DmeDialect,
-    DmeError,
-    call_text,
-    error_line,
-    parse,
-    quoted,
-)
 from ocmm_serve.ippdme._registry import CommandSpec, supported
 from ocmm_serve.ippdme._state import NO_TOOL, REF_TOOL, UNDEFINED, CommandedTouch, DmeState
 
@@ -47,7 +37,7 @@ OPERATOR = "done, del, goto (a clearance point), cancel (no touch is possible), 
 class OpenCommand:
     """A command between its ``&`` and its ``%``."""
 
-    command: DmeCommand
+    command: _grammar.DmeCommand
     spec: CommandSpec | None
     target: CommandedTouch | None = None
     since_s: float = 0.0
@@ -82,12 +72,12 @@ class DmeSession:
     def receive(self, line: bytes) -> None:
         """Process a line without CR LF."""
         try:
-            command = parse(line)
+            command = _grammar.parse(line)
             spec = self._specs.get(command.name)
             event_tag = command.tag.startswith("E")
             if (event_tag and (spec is None or not spec.fast)) or self._is_open(command.tag):
-                raise DmeError(1, "Protocol")
-        except DmeError as error:
+                raise _grammar.DmeError(1, "Protocol")
+        except _grammar.DmeError as error:
             self._malformed(error)
             return
         self._out.append(f"{command.tag} &")
@@ -95,7 +85,7 @@ class DmeSession:
         if spec is not None and spec.fast:
             self._execute(opened)
         elif len(self._pending) >= _MOST_PENDING:
-            self._fail(opened, DmeError(0))
+            self._fail(opened, _grammar.DmeError(0))
         else:
             self._pending.append(opened)
             self._advance()
@@ -107,7 +97,7 @@ class DmeSession:
         spec = self._specs["EndSession"]
         try:
             spec.handler(self.state, ())
-        except DmeError as error:
+        except _grammar.DmeError as error:
             self.state.machine.tell(error.detail)
         self._out.clear()
 
@@ -115,11 +105,11 @@ class DmeSession:
         opened = [*self._pending, *([self._waiting] if self._waiting else [])]
         return any(one.command.tag == tag for one in opened)
 
-    def _malformed(self, error: DmeError) -> None:
-        if error.tag != NO_TAG:
+    def _malformed(self, error: _grammar.DmeError) -> None:
+        if error.tag != _grammar.NO_TAG:
             self._out.append(f"{error.tag} &")
         self._error(error.tag, error)
-        if error.tag != NO_TAG:
+        if error.tag != _grammar.NO_TAG:
             self._out.append(f"{error.tag} %")
         self._lock_after(error)
 
@@ -136,7 +126,7 @@ class DmeSession:
             if spec.takes_user:
                 state.user(enabled=False)
             answer = spec.handler(state, command.args)
-        except DmeError as error:
+        except _grammar.DmeError as error:
             self._fail(opened, error)
             return
         if isinstance(answer, CommandedTouch):
@@ -154,13 +144,13 @@ class DmeSession:
         """Return the entry of a command that may be executed now."""
         state, name, spec = self.state, opened.command.name, opened.spec
         if not state.in_session and name not in _ALONE:
-            raise DmeError(507 if state.dialect is DmeDialect.V14 else 8)
+            raise _grammar.DmeError(507 if state.dialect is _grammar.DmeDialect.V14 else 8)
         if state.locked and (spec is None or not spec.always):
-            raise DmeError(_LOCKED)
+            raise _grammar.DmeError(_LOCKED)
         if spec is None:
-            raise DmeError(501)
+            raise _grammar.DmeError(501)
         if opened.command.args and not spec.arguments:
-            raise DmeError(502)
+            raise _grammar.DmeError(502)
         return spec
 
     def _complete(self, opened: OpenCommand, data: list[str]) -> None:
@@ -168,24 +158,27 @@ class DmeSession:
         self._out += [f"{tag} # {line}" for line in data]
         self._out.append(f"{tag} %")
 
-    def _fail(self, opened: OpenCommand, error: DmeError) -> None:
+    def _fail(self, opened: OpenCommand, error: _grammar.DmeError) -> None:
         tag = opened.command.tag
         error.where = error.where or opened.command.name
         self._error(tag, error)
         self._out.append(f"{tag} %")
         self._lock_after(error)
 
-    def _error(self, tag: str, error: DmeError) -> None:
+    def _error(self, tag: str, error: _grammar.DmeError) -> None:
         state = self.state
-        self._out.append(error_line(state.dialect, tag, error.number, error.where))
+        self._out.append(_grammar.error_line(state.dialect, tag, error.number, error.where))
         if error.detail:
             state.machine.tell(error.detail)
-        if error.number != _LOCKED and ERRORS[state.dialect][error.number].severity >= _LOCKING:
+        if (
+            error.number != _LOCKED
+            and _grammar.ERRORS[state.dialect][error.number].severity >= _LOCKING
+        ):
             state.active_errors[error.number] = error.detail
 
-    def _lock_after(self, error: DmeError) -> None:
+    def _lock_after(self, error: _grammar.DmeError) -> None:
         state = self.state
-        if ERRORS[state.dialect][error.number].severity < _LOCKING:
+        if _grammar.ERRORS[state.dialect][error.number].severity < _LOCKING:
             return
         self._abort_pending()
         if state.in_session:
@@ -199,7 +192,7 @@ class DmeSession:
         self._pending.clear()
         for one in opened:
             tag = one.command.tag
-            self._out.append(error_line(self.state.dialect, tag, 6, one.command.name))
+            self._out.append(_grammar.error_line(self.state.dialect, tag, 6, one.command.name))
             self._out.append(f"{tag} %")
         if opened:
             self.state.machine.expect(None)
@@ -216,14 +209,14 @@ class DmeSession:
             fault = "" if state.any_place else points.fault_of(point, waiting.target)
             if fault:
                 self._take_out(point.number, fault)
-                self._count_refusal(waiting, DmeError(1006, detail=fault))
+                self._count_refusal(waiting, _grammar.DmeError(1006, detail=fault))
                 return
             self._answer(waiting, point, waiting.target)
         elif self._leads:
             answer = points.point_text(state, point, None)
             try:
-                state.machine.keep(points.point_note(state, NO_TAG, point, answer, None))
-            except DmeError as error:
+                state.machine.keep(points.point_note(state, _grammar.NO_TAG, point, answer, None))
+            except _grammar.DmeError as error:
                 self.report(error)
                 return
             self._event("PtMeas", answer)
@@ -233,7 +226,8 @@ class DmeSession:
 
     def refused(self, refusal: Refusal) -> None:
         """Note that the chain refused a touch; it is never answered."""
-        error, waiting = points.refusal_error(refusal), self._waiting
+        number, waiting = points.refusal_number(refusal.code), self._waiting
+        error = _grammar.DmeError(number, detail=f"{refusal.what} {refusal.remedy}")
         if waiting is None:
             self.state.machine.tell(error.detail)
             return
@@ -244,7 +238,7 @@ class DmeSession:
     def cancel(self, why: str) -> None:
         """End the wait for a touch without one."""
         if self._waiting is not None:
-            self._end_wait(self._waiting, DmeError(1006, detail=why))
+            self._end_wait(self._waiting, _grammar.DmeError(1006, detail=why))
 
     def _answer(self, opened: OpenCommand, point: MeasuredPoint, target: CommandedTouch) -> None:
         state, tag = self.state, opened.command.tag
@@ -254,7 +248,7 @@ class DmeSession:
         try:
             # Durable before it is sent.
             state.machine.keep(points.point_note(state, tag, point, answer, target))
-        except DmeError as error:
+        except _grammar.DmeError as error:
             self._fail(opened, error)
         else:
             self._complete(opened, [answer])
@@ -267,10 +261,10 @@ class DmeSession:
     def _take_out(self, number: int, reason: str) -> None:
         try:
             self.state.machine.discard(number, reason)
-        except DmeError as error:
+        except _grammar.DmeError as error:
             self.report(error)
 
-    def _count_refusal(self, opened: OpenCommand, error: DmeError) -> None:
+    def _count_refusal(self, opened: OpenCommand, error: _grammar.DmeError) -> None:
         opened.refused += 1
         if opened.refused >= self._tries:
             self._end_wait(opened, error)
@@ -279,7 +273,7 @@ class DmeSession:
         if opened.target is not None:
             self.state.machine.expect(opened.target)
 
-    def _end_wait(self, opened: OpenCommand, error: DmeError) -> None:
+    def _end_wait(self, opened: OpenCommand, error: _grammar.DmeError) -> None:
         self._waiting = None
         self.state.machine.expect(None)
         self._fail(opened, error)
@@ -287,11 +281,11 @@ class DmeSession:
 
     # Events without a command.
 
-    def report(self, error: DmeError) -> None:
+    def report(self, error: _grammar.DmeError) -> None:
         """Send an error that no command caused."""
         if not self.state.in_session:
             return
-        self._error(NO_TAG, error)
+        self._error(_grammar.NO_TAG, error)
         self._lock_after(error)
 
     def operate(self, words: str) -> None:
@@ -304,7 +298,7 @@ class DmeSession:
         elif verb == "search" and value.replace(".", "", 1).isdigit():
             self.state.set_parameter("PtMeasPar", "Search", float(value))
             found = self.state.parameter("PtMeasPar", "Search")
-            self._event("SetProp", call_text("Tool.PtMeasPar.Search", found))
+            self._event("SetProp", _grammar.call_text("Tool.PtMeasPar.Search", found))
         elif verb:
             self._press(verb)
 
@@ -315,7 +309,7 @@ class DmeSession:
         key = {"done": "Done", "del": "Del"}.get(key, key)
         if key == "Del" and self._led:
             self._discard(self._led.pop(), "Deleted by the operator.")
-        self._event("KeyPress", quoted(key))
+        self._event("KeyPress", _grammar.quoted(key))
 
     def _pass_by(self) -> None:
         """Send the present position as a clearance point."""
@@ -324,7 +318,7 @@ class DmeSession:
             return
         try:
             pose = state.machine.pose()
-        except DmeError as error:
+        except _grammar.DmeError as error:
             state.machine.tell(error.detail)
             return
         radius = next((one.radius for one in state.machine.tools if one.name == state.tool), 0.0)
@@ -332,7 +326,7 @@ class DmeSession:
 
     def _event(self, name: str, argument: str) -> None:
         if self.state.in_session:
-            self._out.append(f"{NO_TAG} # {name}({argument})")
+            self._out.append(f"{_grammar.NO_TAG} # {name}({argument})")
 
     @property
     def _leads(self) -> bool:
@@ -346,16 +340,18 @@ class DmeSession:
         now = state.now()
         if waiting is not None and now - waiting.since_s > self._patience_s:
             self._end_wait(
-                waiting, DmeError(1006, detail="No touch came in time. Repeat the point in the "
-                                  "program."),
-            )  # fmt: skip
+                waiting,
+                _grammar.DmeError(
+                    1006, detail="No touch came in time. Repeat the point in the program."
+                ),
+            )
         state.machine.remind(_REMIND_S)
         if state.in_session and state.tool not in (NO_TOOL, REF_TOOL, UNDEFINED):
             mounted = state.machine.mounted
             if mounted != state.tool:
                 # Another tip was mounted at the machine.
                 state.tool = mounted
-                self._event("ChangeTool", quoted(mounted))
+                self._event("ChangeTool", _grammar.quoted(mounted))
         trouble = state.machine.trouble() if state.in_session else None
         if trouble is not None and trouble.number not in state.active_errors:
             # Also after ClearAllErrors while the cause persists.
@@ -365,7 +361,7 @@ class DmeSession:
             return
         try:
             pose = state.machine.pose()
-        except DmeError:
+        except _grammar.DmeError:
             # Nothing is sent of a probe that is not seen.
             return
         moved = np.inf

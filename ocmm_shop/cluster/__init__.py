@@ -4,7 +4,7 @@ In: tasks of `ocmm_core.cluster`. Out: their answers, from workers of the same b
 
 Read `_over_dask` (a scheduler and its workers), `_open_tasks` (open tasks and the bytes sent for
 them; replaces lost workers), `_worker` (runs on a worker), `no_page` (a preload: no HTTP
-server), `_sentences`. It must not know what is computed.
+server). It must not know what is computed.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports

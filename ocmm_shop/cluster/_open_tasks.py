@@ -20,19 +20,9 @@ from typing import Any
 
 from distributed import Client, Future, KilledWorker
 
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InternalError, OcmmError, StorageError
 from ocmm_core.failure import contained
-from ocmm_shop.cluster import _sentences as sentences
-from ocmm_shop.cluster._worker import (
-    Done,
-    Refused,
-    TaskRequest,
-    WorkerPlatform,
-    do,
-    held,
-    this_computer,
-    versions,
-)
+from ocmm_shop.cluster import _worker
 
 _IDLE = 8
 """Contents kept on the workers although no open task needs them."""
@@ -72,7 +62,7 @@ class TaskContents:
                 if len(self.seen) > _SEEN:
                     del self.seen[next(iter(self.seen))]
                 return content
-            self.kept[sha256] = client.submit(held, content, key=f"ocmm-content-{sha256}")
+            self.kept[sha256] = client.submit(_worker.held, content, key=f"ocmm-content-{sha256}")
         return self.kept[sha256]
 
     def give_back(self, hashes: Sequence[str]) -> None:
@@ -99,38 +89,18 @@ class TaskContents:
         self.users.clear()
 
 
-def check_all(client: Client, ours: WorkerPlatform) -> None:
+def check_all(client: Client, ours: _worker.WorkerPlatform) -> None:
     """Raise InputError if workers could give other digits; the scheduler computes nothing."""
-    scheduler = _of_scheduler(client)
-    if scheduler != ours.versions:
-        raise sentences.other_version("The scheduler", _named(scheduler), ours.versions)
-    for worker, theirs in client.run(this_computer, on_error="return").items():
-        if theirs != ours:
-            raise refusal(f"Worker {worker}", theirs, ours)
-
-
-def refusal(who: str, theirs: object, ours: WorkerPlatform) -> InputError:
-    """Return why a worker unlike this computer could give other digits."""
-    if not isinstance(theirs, WorkerPlatform):
-        # A worker without that class has another version.
-        return sentences.other_version(who, _named(theirs), ours.versions)
-    if theirs.versions != ours.versions:
-        return sentences.other_version(who, theirs.versions, ours.versions)
-    there = theirs.arithmetic.environment_of(ours.arithmetic)
-    here = ours.arithmetic.environment_of(theirs.arithmetic)
-    return sentences.other_processor(who, str(theirs.arithmetic), str(ours.arithmetic), there, here)
-
-
-def _named(found: object) -> str:
-    return found if isinstance(found, str) else f"another version ({type(found).__name__})"
-
-
-def _of_scheduler(client: Client) -> object:
-    # The scheduler unpacks messages, so it needs the same packages.
     try:
-        return client.run_on_scheduler(versions)
+        # The scheduler unpacks messages, so it needs the same packages.
+        scheduler = client.run_on_scheduler(_worker.versions)
     except Exception as error:
-        return error
+        scheduler = error
+    if scheduler != ours.versions:
+        raise _worker.other_version("The scheduler", _worker.named(scheduler), ours.versions)
+    for worker, theirs in client.run(_worker.this_computer, on_error="return").items():
+        if theirs != ours:
+            raise _worker.refusal(f"Worker {worker}", theirs, ours)
 
 
 def has_workers(client: Client) -> bool:
@@ -209,7 +179,7 @@ class Tasks:
         """Yield the answers in the order of the things."""
         found: dict[int, Any] = {}
         given = losses = done = taken = 0
-        ours = this_computer()
+        ours = _worker.this_computer()
         client = self._connected(ours)
         try:
             room = self._room(client)
@@ -230,14 +200,19 @@ class Tasks:
                 if key is None:
                     losses += 1
                     if losses > _LOSSES:
-                        raise sentences.scheduler_lost(self.address)
+                        raise StorageError(
+                            "cluster.lost",
+                            f"The scheduler {self.address} was lost several times before one more "
+                            "task was done.",
+                            "Look at its log, then run this again: nothing was stored.",
+                        )
                     client = self._again(client, ours)
                     continue
                 answered = self._result(key)
                 if answered is None:
                     continue
-                if isinstance(answered, Refused):
-                    raise refusal("A worker", answered.computer, ours)
+                if isinstance(answered, _worker.Refused):
+                    raise _worker.refusal("A worker", answered.computer, ours)
                 found |= answered
                 losses = 0
                 for _ in answered:
@@ -253,21 +228,18 @@ class Tasks:
             self.kept.clear()
             end_client(client, 5.0)
 
-    def _connected(self, ours: WorkerPlatform) -> Client:
+    def _connected(self, ours: _worker.WorkerPlatform) -> Client:
         client = self.connect(_CONNECT_S)
         try:
-            self._wait_for_workers(client)
+            try:
+                client.wait_for_workers(1, timeout=_BACK_S)
+            except TimeoutError as error:
+                raise self._no_workers(_BACK_S) from error
             check_all(client, ours)
         except BaseException:
             end_client(client, 5.0)
             raise
         return client
-
-    def _wait_for_workers(self, client: Client) -> None:
-        try:
-            client.wait_for_workers(1, timeout=_BACK_S)
-        except TimeoutError as error:
-            raise sentences.no_workers(self.address, _BACK_S) from error
 
     def _room(self, client: Client) -> int:
         """Return the number of tasks that may be open, by the current workers."""
@@ -293,11 +265,11 @@ class Tasks:
         return range(self.begun, self.begun + max(together, 1))
 
     def _submit(
-        self, client: Client, places: Sequence[int], ours: WorkerPlatform
+        self, client: Client, places: Sequence[int], ours: _worker.WorkerPlatform
     ) -> dict[int, OcmmError]:
         """Submit a task for the first of some things; return those that cannot be."""
         failed: dict[int, OcmmError] = {}
-        asked: list[TaskRequest] = []
+        asked: list[_worker.TaskRequest] = []
         handed: list[bytes | Future] = []
         taken: list[int] = []
         size = 0
@@ -314,13 +286,13 @@ class Tasks:
                 continue
             hashes, given = self.kept.hand(client, contents)
             size += sum(len(one) for one in given if isinstance(one, bytes))
-            asked.append(TaskRequest(thing, name, hashes))
+            asked.append(_worker.TaskRequest(thing, name, hashes))
             handed += given
             taken.append(place)
         if not asked:
             return failed
         key = f"ocmm-{uuid.uuid4().hex}"
-        future = client.submit(do, ours, self.work, asked, *handed, key=key, pure=False)
+        future = client.submit(_worker.do, ours, self.work, asked, *handed, key=key, pure=False)
         hashes = tuple(sha256 for one in asked for sha256 in one.hashes)
         self.open[key] = _Open(tuple(taken), future, hashes, size)
         done = self.done
@@ -341,17 +313,17 @@ class Tasks:
             waited = time.monotonic() - since
             if waited > 5.0 and not has_workers(client):
                 if waited > _BACK_S:
-                    raise sentences.no_workers(self.address, waited)
+                    raise self._no_workers(waited)
             elif waited > 5.0:
                 since = time.monotonic() - 5.0
 
-    def _result(self, key: str) -> dict[int, Any] | Refused | None:
+    def _result(self, key: str) -> dict[int, Any] | _worker.Refused | None:
         """Return the answers of a task by index; None to repeat it."""
         one = self.open[key]
         answers: dict[int, Any] = {}
         try:
-            done: Done | Refused = one.future.result(timeout=_BACK_S)
-            if isinstance(done, Refused):
+            done: _worker.Done | _worker.Refused = one.future.result(timeout=_BACK_S)
+            if isinstance(done, _worker.Refused):
                 return done
             answers = dict(zip(one.places, done.answers, strict=True))
             self.thing_s = done.seconds / len(one.places)
@@ -360,7 +332,7 @@ class Tasks:
                 # The cause among the bundled things is found by trying each alone.
                 self.suspects.extend(one.places)
             else:
-                answers = {place: sentences.died(self._name(place)) for place in one.places}
+                answers = {place: self._died(self._name(place)) for place in one.places}
         except Exception as error:
             if one.future.status in ("cancelled", "lost", "pending"):
                 # Finished, but its worker was lost before the answer came; Dask repeats it, or the
@@ -377,10 +349,24 @@ class Tasks:
         self.kept.give_back(one.hashes)
         return answers
 
+    def _no_workers(self, seconds: float) -> StorageError:
+        return StorageError(
+            "cluster.no_workers",
+            f"The scheduler {self.address} had no worker for {seconds:.0f} s.",
+            "Start workers (docs/integrator/cluster.md), then run this again.",
+        )
+
+    def _died(self, name: str) -> OcmmError:
+        return InternalError(
+            "cluster.died",
+            f"{name} ended every worker that tried it; their memory may be too small.",
+            "Compute it here, or start workers with more memory.",
+        )
+
     def _name(self, place: int) -> str:
         return self.named(self.things[place])
 
-    def _again(self, client: Client, ours: WorkerPlatform) -> Client:
+    def _again(self, client: Client, ours: _worker.WorkerPlatform) -> Client:
         """Return a new client with all open tasks resubmitted."""
         end_client(client, 2.0)
         # Contents are read again; a failure to do so becomes the answer.

@@ -15,9 +15,8 @@ from distributed.security import Security
 from ocmm_core.blas import use_one_thread
 from ocmm_core.cleanup import scratch_folder
 from ocmm_core.cluster import Cluster, Site
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.cluster._open_tasks import Tasks
-from ocmm_shop.cluster._sentences import not_reached
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -97,8 +96,13 @@ def _client(address: str, security: Security | None, seconds: float) -> Client:
             name=f"ocmm-{uuid.uuid4().hex[:8]}",
         )  # fmt: skip
     except (OSError, TimeoutError, ValueError) as error:
-        why = str(error).strip().splitlines()
-        raise not_reached(address, why[0][:200] if why else type(error).__name__) from error
+        lines = str(error).strip().splitlines()
+        why = lines[0][:200] if lines else type(error).__name__
+        raise StorageError(
+            "cluster.unreachable",
+            f"The scheduler {address} cannot be reached ({why}).",
+            "Check that it runs and that its certificates are of the same CA, then run this again.",
+        ) from error
 
 
 @contextlib.contextmanager

@@ -11,6 +11,7 @@ import ctypes
 import functools
 import hashlib
 import platform
+import shlex
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,9 +22,8 @@ from typing import TypeVar
 
 import ocmm_core
 from ocmm_core import __version__, cpu_features
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.failure import contained
-from ocmm_shop.cluster._sentences import altered
 
 _PACKAGES = ("ocmm_bench", "ocmm_cad", "ocmm_cli", "ocmm_core", "ocmm_shop", "ocmm_sim")
 """All that compute; the window does not."""
@@ -160,6 +160,53 @@ def this_computer() -> WorkerPlatform:
     return WorkerPlatform(versions(), arithmetic())
 
 
+def refusal(who: str, theirs: object, ours: WorkerPlatform) -> InputError:
+    """Return why a worker unlike this computer could give other digits."""
+    if not isinstance(theirs, WorkerPlatform):
+        # A worker without that class has another version.
+        return other_version(who, named(theirs), ours.versions)
+    if theirs.versions != ours.versions:
+        return other_version(who, theirs.versions, ours.versions)
+    there = theirs.arithmetic.environment_of(ours.arithmetic)
+    here = ours.arithmetic.environment_of(theirs.arithmetic)
+    return other_processor(who, str(theirs.arithmetic), str(ours.arithmetic), there, here)
+
+
+def named(found: object) -> str:
+    return found if isinstance(found, str) else f"another version ({type(found).__name__})"
+
+
+def other_version(who: str, theirs: str, ours: str) -> InputError:
+    return InputError(
+        "cluster.version",
+        f"{who} has {theirs}; this computer has {ours}. Their digits could differ.",
+        "Install the same program there and start it again, or stop it, then run this again.",
+    )
+
+
+def other_processor(
+    who: str, theirs: str, ours: str, there: Mapping[str, str] | None,
+    here: Mapping[str, str] | None,
+) -> InputError:  # fmt: skip
+    """Return the error of another processor; `there`, `here`: possible environments, or None."""
+    if there:
+        remedy = f"Start that worker with {_assigned(there)}"
+    elif here:
+        remedy = f"Run this again with {_assigned(here)}"
+    else:
+        remedy = "Stop that worker"
+    return InputError(
+        "cluster.processor",
+        f"{who} computes otherwise ({theirs}) than this computer ({ours}). Last digits could "
+        "differ.",
+        f"{remedy}, or leave out --scheduler to compute here (docs/integrator/cluster.md).",
+    )
+
+
+def _assigned(environment: Mapping[str, str]) -> str:
+    return " ".join(f"{name}={shlex.quote(value)}" for name, value in environment.items())
+
+
 def held(content: bytes) -> bytes:
     """Return its argument: a task keeps bytes, recomputed by Dask if its worker is lost."""
     return content
@@ -190,7 +237,12 @@ def answer(
     try:
         for sha256, content in zip(hashes, contents, strict=True):
             if hashlib.sha256(content).hexdigest() != sha256:
-                raise altered(sha256)
+                raise StorageError(
+                    "cluster.content",
+                    f"Content {sha256[:12]} arrived altered at a worker.",
+                    "Run this again; if it happens again, check that nobody else uses this "
+                    "scheduler.",
+                )
         return work(thing, *contents)
     except Exception as error:
         return contained(error, name)

@@ -19,8 +19,8 @@ from ocmm_core.geometry import Float
 
 LEAST_TYPE1, USUAL_TYPE1 = 25, 50
 LEAST_CG = 1.33
+_K, _L = 0.2, 6.0
 Q_MS_PERCENT, Q_MP_PERCENT = 15.0, 30.0
-RESOLUTION_SHARE = 0.05
 LEAST_REFERENCES, LEAST_PER_REFERENCE = 5, 10
 
 
@@ -48,24 +48,14 @@ class Type1Study:
     """`var_percent`, `var_bias_percent`: 100 K / Cg and Cgk, K = 0.2; infinite if Cgk <= 0."""
     least_tolerance: float
     """Smallest tolerance that meets both, without a bias."""
-    resolution_good: bool | None
-    """Whether the resolution is at most 5 % of T; None if not given."""
     capable: bool
     """Both are at least 1.33."""
 
 
-def type1_study(
-    results: Sequence[float] | Float,
-    reference: float,
-    tolerance: float,
-    *,
-    resolution: float | None = None,
-    share: float = 0.2,
-    width: float = 6.0,
-) -> Type1Study:
+def type1_study(results: Sequence[float] | Float, reference: float, tolerance: float) -> Type1Study:
     """Return the type-1 study of results.
 
-    `reference`, `tolerance`: certified value and the whole width T. `share`, `width`: K and L.
+    `reference`, `tolerance`: certified value and the whole width T.
     InputError: there are fewer than 25 results, they do not scatter, or T is not above zero.
     """
     x = np.asarray(results, dtype=np.float64)
@@ -83,17 +73,16 @@ def type1_study(
             "Give the tolerance; results that do not scatter come from a readout too coarse.",
         )
     bias = float(x.mean()) - reference
-    cg = share * tolerance / (width * s)
-    cgk = (0.5 * share * tolerance - abs(bias)) / (0.5 * width * s)
+    cg = _K * tolerance / (_L * s)
+    cgk = (0.5 * _K * tolerance - abs(bias)) / (0.5 * _L * s)
     t = abs(bias) * math.sqrt(n) / s
     p = 2.0 * float(stats.t.sf(t, n - 1))
     low, high = (math.sqrt(float(stats.chi2.ppf(q, n - 1)) / (n - 1)) for q in (0.025, 0.975))
     return Type1Study(
         results=n, mean=float(x.mean()), bias=bias, scatter=s, cg=cg, cgk=cgk, cg_low=cg * low,
-        cg_high=cg * high, t=t, p_value=p, biased=p < 0.05, var_percent=100.0 * share / cg,
-        var_bias_percent=100.0 * share / cgk if cgk > 0.0 else math.inf,
-        least_tolerance=LEAST_CG * width * s / share,
-        resolution_good=None if resolution is None else resolution <= RESOLUTION_SHARE * tolerance,
+        cg_high=cg * high, t=t, p_value=p, biased=p < 0.05, var_percent=100.0 * _K / cg,
+        var_bias_percent=100.0 * _K / cgk if cgk > 0.0 else math.inf,
+        least_tolerance=LEAST_CG * _L * s / _K,
         capable=cg >= LEAST_CG and cgk >= LEAST_CG,
     )  # fmt: skip
 

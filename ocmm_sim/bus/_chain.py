@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from ocmm_core.fieldbus.device import (
     ErrorRegister,
 )
 from ocmm_sim.bus import _faults as faults
+from ocmm_sim.bus._faults import FaultKind
 from ocmm_sim.firmware import FirmwareBanks
 from ocmm_sim.slave import (
     AL_STATUS,
@@ -199,57 +201,47 @@ class FaultCommands:
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self._chain = chain
         self._random = np.random.default_rng(seed)
-        self._to_unit: dict[faults.FaultKind, Callable[[Unit, faults.CameraDeed, int], object]] = {
-            faults.FaultKind.NOTHING: lambda _unit, _command, _now: None,
-            faults.FaultKind.POWER_OFF: lambda unit, _command, _now: setattr(
-                unit, "powered", False
+        self._to_unit: dict[FaultKind, Callable[[Unit, faults.CameraDeed, int], object]] = {
+            FaultKind.NOTHING: lambda *_: None,
+            FaultKind.POWER_OFF: lambda unit, *_: setattr(unit, "powered", False),
+            FaultKind.POWER_ON: lambda unit, *_: _restart(unit),
+            FaultKind.RESTART: lambda unit, *_: _restart(unit),
+            FaultKind.MUTE: lambda unit, deed, _: setattr(unit, "muted", bool(deed.value)),
+            FaultKind.FREEZE: lambda unit, deed, _: setattr(unit.slave, "frozen", bool(deed.value)),
+            FaultKind.FALL_BACK: lambda unit, deed, _: unit.slave.esc.fall_back(
+                deed.value, deed.code
             ),
-            faults.FaultKind.POWER_ON: lambda unit, _command, _now: _restart(unit),
-            faults.FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
-            faults.FaultKind.MUTE: lambda unit, command, _now: setattr(
-                unit, "muted", bool(command.value)
+            FaultKind.STATION: lambda unit, deed, _: unit.camera.esc.write(
+                STATION_ADDRESS, deed.value.to_bytes(2, "little")
             ),
-            faults.FaultKind.FREEZE: lambda unit, command, _now: setattr(
-                unit.slave, "frozen", bool(command.value)
+            FaultKind.SERIAL: lambda unit, deed, _: _exchange(
+                unit, replace(unit.identity, serial=deed.value)
             ),
-            faults.FaultKind.FALL_BACK: lambda unit, command, _now: unit.slave.esc.fall_back(
-                command.value, command.code
+            FaultKind.ALIAS: lambda unit, deed, _: _exchange(
+                unit, replace(unit.identity, alias=deed.value)
             ),
-            faults.FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
-                STATION_ADDRESS, command.value.to_bytes(2, "little")
+            FaultKind.SWAP: self._swap,
+            FaultKind.UNPLUG: lambda unit, *_: setattr(unit, "plugged", False),
+            FaultKind.PLUG: _plug,
+            FaultKind.CLOCK_JUMP: _jump,
+            FaultKind.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
+                deed.value, now
             ),
-            faults.FaultKind.SERIAL: lambda unit, command, _now: _exchange(
-                unit, replace(unit.identity, serial=command.value)
+            FaultKind.HANG_MAILBOX: lambda unit, deed, _: setattr(
+                unit.camera, "mailbox_hangs", bool(deed.value)
             ),
-            faults.FaultKind.ALIAS: lambda unit, command, _now: _exchange(
-                unit, replace(unit.identity, alias=command.value)
+            FaultKind.EMERGENCY: lambda unit, deed, _: unit.camera.emergency(
+                deed.value, ErrorRegister.GENERIC if deed.value else 0
             ),
-            faults.FaultKind.SWAP: self._swap,
-            faults.FaultKind.UNPLUG: lambda unit, _command, _now: setattr(unit, "plugged", False),
-            faults.FaultKind.PLUG: _plug,
-            faults.FaultKind.CLOCK_JUMP: _jump,
-            faults.FaultKind.CLOCK_RATE: lambda unit, command, now: unit.camera.esc.clock.set_rate(
-                command.value, now
+            FaultKind.FRAME_PERIOD: lambda unit, deed, _: setattr(
+                unit.camera, "period_override", deed.value
             ),
-            faults.FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
-                unit.camera, "mailbox_hangs", bool(command.value)
+            FaultKind.CORRUPT: self._corrupt,
+            FaultKind.REMAP: lambda unit, deed, _: unit.camera.remap(deed.value, deed.code),
+            FaultKind.LINK_ERRORS: lambda unit, deed, _: unit.camera.esc.count_link_errors(
+                0, deed.value
             ),
-            faults.FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(
-                command.value, ErrorRegister.GENERIC if command.value else 0
-            ),
-            faults.FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
-                unit.camera, "period_override", command.value
-            ),
-            faults.FaultKind.CORRUPT: self._corrupt,
-            faults.FaultKind.REMAP: lambda unit, command, _now: unit.camera.remap(
-                command.value, command.code
-            ),
-            faults.FaultKind.LINK_ERRORS: lambda unit, command, _now: (
-                unit.camera.esc.count_link_errors(0, command.value)
-            ),
-            faults.FaultKind.BREAK: lambda unit, command, _now: setattr(
-                unit, "broken_behind", bool(command.value)
-            ),
+            FaultKind.BREAK: lambda unit, deed, _: setattr(unit, "broken_behind", bool(deed.value)),
         }
 
     def do(self, command: faults.CameraDeed, now_ns: int) -> faults.DeedAnswer:
@@ -305,17 +297,14 @@ class FaultCommands:
         place = slice(INPUT_START, INPUT_START + INPUT_DTYPE.itemsize)
         share = _SHARE if command.value >= faults.SHARED else 1.0
 
-        def spoil(mine: int, other: int) -> Callable[[bytearray], None]:
-            def put(memory: bytearray) -> None:
-                last[mine] = bytes(memory[place])
-                if other in last and self._random.random() < share:
-                    memory[place] = last[other]
+        def spoil(mine: int, other: int, memory: bytearray) -> None:
+            last[mine] = bytes(memory[place])
+            if other in last and self._random.random() < share:
+                memory[place] = last[other]
 
-            return put
-
-        one.camera.esc.spoil = spoil(0, 1)
+        one.camera.esc.spoil = partial(spoil, 0, 1)
         # If only one is faulty, the other sends its own inputs.
-        two.camera.esc.spoil = spoil(1, 0) if exchanged else spoil(1, 2)
+        two.camera.esc.spoil = partial(spoil, 1, 0 if exchanged else 2)
 
 
 def _restart(unit: Unit) -> None:

@@ -52,9 +52,7 @@ class RigStatus:
     cameras_running: bool
 
 
-def rig_up(
-    segment: SegmentConfig, host: str = HOST_INTERFACE, cameras: str = CAMERA_INTERFACE
-) -> RigStatus:
+def rig_up(segment: SegmentConfig) -> RigStatus:
     """Create the interfaces and start the software cameras on one of them.
 
     BusError if not root, a rig is up, a name is in use, or cameras fail; nothing is left.
@@ -64,6 +62,7 @@ def rig_up(
         raise BusError(
             "rig.up", "The virtual rig is already up.", "Use it, or run 'ocmm rig down' first."
         )
+    host, cameras = HOST_INTERFACE, CAMERA_INTERFACE
     known = {name for _, name in socket.if_nameindex()}
     for name in (host, cameras):
         if name in known:

@@ -20,21 +20,8 @@ from ocmm_core.camera import Rig, TrackerDocument, load_rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_sim.calibration_scenes import _motions as motions
+from ocmm_sim.calibration_scenes import _scenes
 from ocmm_sim.calibration_scenes._motions import tremor
-from ocmm_sim.calibration_scenes._scenes import (
-    FrameMove,
-    FreeMotionScene,
-    Scene,
-    SeatFault,
-    ShowBar,
-    SweepProbe,
-    TargetScene,
-    TouchSeats,
-    TouchWithTip,
-    hidden_bits,
-    move_cameras,
-    sweep_segments,
-)
 from ocmm_sim.scene import CameraFrames, WorldOptions, draw_world, kernels, white_noise
 
 
@@ -51,7 +38,7 @@ class _Shown:
     first: int
     frames: int
     hidden: int
-    seat: SeatFault | None = None
+    seat: _scenes.SeatFault | None = None
 
 
 class CalibrationScenesRig:
@@ -61,17 +48,17 @@ class CalibrationScenesRig:
         self,
         rig: Rig,
         body: ProbeBody,
-        scenes: tuple[Scene, ...],
+        scenes: tuple[_scenes.Scene, ...],
         seed: int,
         options: WorldOptions | None = None,
-        moved: FrameMove | None = None,
+        moved: _scenes.FrameMove | None = None,
     ) -> None:
         self.rig, self.body, self.seed = rig, body, seed
         self.options = options or WorldOptions()
         self.frame_period_ns = round(1e9 / rig.frame_rate_hz)
         self.world = draw_world(rig, body, seed, self.options)
         if moved is not None:
-            cameras = move_cameras(self.world.cameras, moved)
+            cameras = _scenes.move_cameras(self.world.cameras, moved)
             self.world = replace(self.world, cameras=cameras)
         self._packed = [self.world.packed(*one) for one in enumerate(self.world.cameras)]
         self._shown: list[_Shown] = []
@@ -153,21 +140,21 @@ class CalibrationScenesRig:
         )
         return valid, uv
 
-    def _prepared(self, scene: Scene, first: int) -> _Shown:
+    def _prepared(self, scene: _scenes.Scene, first: int) -> _Shown:
         world, body = self.world, self.body
         still_s = motions.rest_s(motions.STILL_S, self.rig)
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
         shaking, hidden, seat = tremor(self.seed), 0, None
-        if isinstance(scene, TargetScene | ShowBar):
+        if isinstance(scene, _scenes.TargetScene | _scenes.ShowBar):
             still = np.zeros(3)
             leds, origin, shaking = np.zeros((1, 3)), still, np.zeros_like(shaking)
             directions, cos_emission = np.array([[0.0, -1.0, 0.0]]), -2.0
-        if isinstance(scene, TargetScene):
+        if isinstance(scene, _scenes.TargetScene):
             segments = motions.visits(
                 [np.array(place) for place in scene.positions], still_s=still_s
             )
-        elif isinstance(scene, ShowBar):
+        elif isinstance(scene, _scenes.ShowBar):
             bar = np.linalg.norm(np.subtract(scene.ends[0][1], scene.ends[0][0]))
             leds = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(bar)]])
             directions = np.repeat(directions, 2, axis=0)
@@ -176,18 +163,19 @@ class CalibrationScenesRig:
                 [motions.turn_to(np.subtract(end, begin)) for begin, end in scene.ends],
                 still_s,
             )
-        elif isinstance(scene, FreeMotionScene):
+        elif isinstance(scene, _scenes.FreeMotionScene):
             segments = motions.waves(self.rig.volume_world, scene, body)
-        elif isinstance(scene, SweepProbe):
-            segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
-            seat = scene.seat if scene.seat != SeatFault() else None
+        elif isinstance(scene, _scenes.SweepProbe):
+            segments = _scenes.sweep_segments(scene, body)
+            hidden = sum(1 << led for led in scene.hidden)
+            seat = scene.seat if scene.seat != _scenes.SeatFault() else None
             origin = origin + np.array(scene.tip_shift_mm)
-        elif isinstance(scene, TouchWithTip):
+        elif isinstance(scene, _scenes.TouchWithTip):
             segments = motions.touches_with_tip(scene, world, body, self.rig)
             origin = origin + scene.fault.shift_probe
         else:
             segments = motions.touches(scene, world, body, self.rig)
-            if isinstance(scene, TouchSeats) and scene.clamped_s:
+            if isinstance(scene, _scenes.TouchSeats) and scene.clamped_s:
                 shaking = np.zeros_like(shaking)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
@@ -199,12 +187,12 @@ class CalibrationScenesRig:
 class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Serialisable description of a `CalibrationScenesRig`."""
 
-    calibrating: tuple[Scene, ...]
+    calibrating: tuple[_scenes.Scene, ...]
     rig: str
     probe: str
     seed: int
     options: WorldOptions = WorldOptions()
-    moved: FrameMove | None = None
+    moved: _scenes.FrameMove | None = None
     """`seed`, `options`, `moved`: see `CalibrationScenesRig`."""
     tracker: TrackerDocument | None = None
     """By which a tracker is read; None: by the document of the rig."""

@@ -10,7 +10,7 @@ from ocmm_core.camera import Rig, on_sensor, project
 from ocmm_core.geometry import Float, perpendicular_pair, rotation_from_vector, unit
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 from ocmm_sim.calibration_scenes import _scenes as scenes
-from ocmm_sim.scene import World, attitude_at, kernels
+from ocmm_sim.scene import World, attitude_at, draw_tremor, kernels, segment_of
 
 STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
 
@@ -20,7 +20,7 @@ _STILL_FRAMES = 300
 eighty in which it may start."""
 
 
-_TREMOR = np.array([2e-3, 1.0])
+_TREMOR = (2e-3, 1.0)
 """Amplitude of a hand in attitude (rad) and place (mm) in segments that let the ball sway;
 otherwise a seat holds it."""
 
@@ -52,7 +52,7 @@ def visits(
     time, place, turn = 0.0, places[0], turns[0]
     for aim, aim_turn in zip(places, turns, strict=True):
         for length, kind in ((TRAVEL_S, kernels.MOVE), (still_s, kernels.REST)):
-            rows.append(_segment(time, length, kind, place, aim, turn, aim_turn))
+            rows.append(segment_of(time, length, kind, place, aim, turn, aim_turn))
             time, place, turn = time + length, aim, aim_turn
     return np.array(rows)
 
@@ -74,7 +74,7 @@ def waves(volume_world: Float, scene: scenes.FreeMotionScene, body: ProbeBody) -
         over = np.array([0.0, np.pi if 2 * cell[2] >= _CELLS and not body.rules else 0.0, 0.0])
         attitude = rotation_from_vector(over) @ rotation_from_vector(tilt)
         aim_turn = scipy.spatial.transform.Rotation.from_matrix(attitude).as_rotvec()
-        rows.append(_segment(time, WAY_S, kernels.MOVE, place, aim, turn, aim_turn))
+        rows.append(segment_of(time, WAY_S, kernels.MOVE, place, aim, turn, aim_turn))
         place, turn, time = aim, aim_turn, time + WAY_S
     return np.array(rows)
 
@@ -147,17 +147,6 @@ def best_seen(
     return best
 
 
-def _segment(
-    start_s: float, length_s: float, kind: int, begin: Float, end: Float, w0: Float, w1: Float
-) -> Float:
-    segment = np.zeros(kernels.N_COLUMNS)
-    segment[kernels.T0], segment[kernels.T1] = start_s, start_s + length_s
-    segment[kernels.KIND], segment[kernels.TOP] = kind, np.nan
-    segment[kernels.P0 : kernels.P0 + 3], segment[kernels.P1 : kernels.P1 + 3] = begin, end
-    segment[kernels.W0 : kernels.W0 + 3], segment[kernels.W1 : kernels.W1 + 3] = w0, w1
-    return segment
-
-
 def turn_to(direction: Float) -> Float:
     """Return the rotation vector (3,) from the axis of a bar, z, to a direction."""
     aim = unit(direction)
@@ -171,13 +160,7 @@ def turn_to(direction: Float) -> Float:
 
 def tremor(seed: int) -> Float:
     """Return tremor waves (2, 3, K, 3) of a hand with seated ball for `kernels.move`."""
-    rng = np.random.default_rng([seed, scenes.STREAM + 3])
-    shape = (2, 3, 4)
-    tremor = np.empty((*shape, 3))
-    tremor[..., 0] = (np.sqrt(2.0 / shape[2]) * _TREMOR)[:, None, None]
-    tremor[..., 1] = 2.0 * np.pi * np.exp(rng.uniform(np.log(0.6), np.log(5.0), shape))
-    tremor[..., 2] = rng.uniform(0.0, 2.0 * np.pi, shape)
-    return tremor
+    return draw_tremor(np.random.default_rng([seed, scenes.STREAM + 3]), _TREMOR)
 
 
 SEATS = np.array([[0.2, 0.25, 0.25], [0.8, 0.7, 0.65]])

@@ -15,7 +15,7 @@ import scipy
 from ocmm_core.camera import CameraModel, Vector3
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 from ocmm_core.tracking import ProbeBody, satisfies_rules
-from ocmm_sim.scene import kernels
+from ocmm_sim.scene import kernels, segment_of
 
 _LIFT_MM, _LIFT_S = 60.0, 0.5
 _WAY_S = 0.55
@@ -88,13 +88,12 @@ def sweep_segments(scene: SweepProbe, body: ProbeBody) -> Float:
     place = np.array(scene.cone)
     above = np.array([0.0, 0.0, _LIFT_MM])
     turn = _attitude(np.array(scene.lean_deg))
-    sway = scene.slack_mm
-    rows = [_way(0.0, _LIFT_S, place + above, place, turn, turn, sway)]
+    rows = [segment_of(0.0, _LIFT_S, kernels.MOVE, place + above, place, turn, turn)]
     jumps = list(scene.jumps)
     while (time := float(rows[-1][kernels.T1])) < scene.seconds + _LIFT_S:
         if jumps and time >= jumps[0].at_s:
             pushed = place + np.array(jumps.pop(0).shift_mm)
-            rows.append(_way(time, _JUMP_S, place, pushed, turn, turn, sway))
+            rows.append(segment_of(time, _JUMP_S, kernels.MOVE, place, pushed, turn, turn))
             place = pushed
             continue
         aim = turn
@@ -104,15 +103,12 @@ def sweep_segments(scene: SweepProbe, body: ProbeBody) -> Float:
             )
             if satisfies_rules(body, rotation_from_vector(aim)):
                 break
-        rows.append(_way(time, _WAY_S, place, place, turn, aim, sway))
+        rows.append(segment_of(time, _WAY_S, kernels.MOVE, place, place, turn, aim))
         turn = aim
-    rows.append(_way(time, _LIFT_S, place, place + above, turn, turn, sway))
-    return np.array(rows)
-
-
-def hidden_bits(scene: SweepProbe) -> int:
-    """Return the hidden LEDs as bits."""
-    return sum(1 << led for led in scene.hidden)
+    rows.append(segment_of(time, _LIFT_S, kernels.MOVE, place, place + above, turn, turn))
+    segments = np.array(rows)
+    segments[:, [kernels.SWAY0, kernels.SWAY1]] = scene.slack_mm
+    return segments
 
 
 def _attitude(angles_deg: Float) -> Float:
@@ -122,18 +118,6 @@ def _attitude(angles_deg: Float) -> Float:
     turned = leaned @ rotation_from_vector(np.array([0.0, 0.0, z]))
     vector: Float = scipy.spatial.transform.Rotation.from_matrix(turned).as_rotvec()
     return vector
-
-
-def _way(
-    start_s: float, length_s: float, begin: Float, end: Float, w0: Float, w1: Float, sway: float
-) -> Float:
-    way = np.zeros(kernels.N_COLUMNS)
-    way[kernels.T0], way[kernels.T1] = start_s, start_s + length_s
-    way[kernels.KIND], way[kernels.TOP] = kernels.MOVE, np.nan
-    way[kernels.SWAY0] = way[kernels.SWAY1] = sway
-    way[kernels.P0 : kernels.P0 + 3], way[kernels.P1 : kernels.P1 + 3] = begin, end
-    way[kernels.W0 : kernels.W0 + 3], way[kernels.W1 : kernels.W1 + 3] = w0, w1
-    return way
 
 
 class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -20,7 +20,7 @@ from ocmm_core.part_model import PartModel, PlacedPart
 from ocmm_sim.hand import _kernel as kernel
 from ocmm_sim.hand._shape_mesh import part_mesh
 from ocmm_sim.hand._solids import Solid, Solids, solids_of
-from ocmm_sim.scene import Motion, VirtualRig, attitude_at, rotation_vector
+from ocmm_sim.scene import Motion, VirtualRig, attitude_at, draw_tremor, rotation_vector
 
 MOST_LETTERS = 64
 """Maximum queued targets; older ones are dropped, as the latest counts."""
@@ -42,8 +42,7 @@ _GIVE_UP_S = 4.0
 _FREE_SHARE = 0.5
 _SWAY_MM = 4.0
 """Farther from the part than this the hand sways freely."""
-_SWAYS, _STREAM, _SWAY_SIZE = 4, 77, (2e-3, 0.10)
-"""Attitude, rad, and place, mm: as the scripted operator's (`scene._operator`)."""
+_STREAM = 77
 _REACH_MM = 3000.0
 _OVER_MM = 14.0
 
@@ -117,7 +116,7 @@ class MouseHand:
         self._mesh: PartModel | None = None
         self._name = rig.part.name
         self._over = max(map(_top, solids.items)) + self._radius + _OVER_MM
-        self._waves = _draw_waves(np.random.default_rng([rig.seed, _STREAM]))
+        self._waves = draw_tremor(np.random.default_rng([rig.seed, _STREAM]))
 
     # Calls of the leader.
 
@@ -347,16 +346,6 @@ def _top(solid: Solid) -> float:
     a, b, c = solid.sizes
     height = {kernel.BALL: a, kernel.ROUND: c, kernel.RING: b}.get(solid.kind, 0.0)
     return float(solid.origin[2]) + height
-
-
-def _draw_waves(rng: np.random.Generator) -> Float:
-    """Return waves (2, 3, K, 3) of attitude and place: amplitude, frequency, phase."""
-    shape = (2, 3, _SWAYS)
-    waves = np.empty((*shape, 3))
-    waves[..., 0] = (np.sqrt(2.0 / _SWAYS) * np.array(_SWAY_SIZE))[:, None, None]
-    waves[..., 1] = 2.0 * np.pi * np.exp(rng.uniform(np.log(0.6), np.log(5.0), shape))
-    waves[..., 2] = rng.uniform(0.0, 2.0 * np.pi, shape)
-    return waves
 
 
 def _rotations(vectors: Float) -> Float:

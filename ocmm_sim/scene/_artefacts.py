@@ -6,6 +6,7 @@ Measuring code never reads it or the true state, only the plan.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,44 +17,8 @@ from ocmm_core.camera import CameraModel, Vector3
 from ocmm_core.documents import Document, load_with_text, text_digest
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
-from ocmm_sim.scene._surfaces import (
-    HOLES,
-    Artefact,
-    BoreEntry,
-    ConeEntry,
-    CylinderEntry,
-    EllipseEntry,
-    LineEntry,
-    PlaneEntry,
-    PointEntry,
-    SlotEntry,
-    SphereEntry,
-    TorusEntry,
-    TouchedEntry,
-    free_width,
-)
-
-__all__ = [
-    "HOLES",
-    "Artefact",
-    "BoreEntry",
-    "ConeEntry",
-    "CylinderEntry",
-    "EllipseEntry",
-    "LineEntry",
-    "Part",
-    "PartDocument",
-    "PartPose",
-    "PlaneEntry",
-    "PointEntry",
-    "SlotEntry",
-    "SphereEntry",
-    "TorusEntry",
-    "TouchedEntry",
-    "TrueFeature",
-    "free_width",
-    "load_part",
-]
+from ocmm_sim.scene import _surfaces as surfaces
+from ocmm_sim.scene._surfaces import Artefact, ConeEntry, EllipseEntry, TorusEntry, TouchedEntry
 
 SCHEMA = "ocmm.part/1"
 
@@ -169,7 +134,7 @@ def _true_feature(entry: Artefact) -> TrueFeature:
         diameter=entry.diameter if isinstance(entry, _ROUND) else 0.0,
         along=np.zeros(3),
     )
-    if isinstance(entry, SlotEntry | EllipseEntry):
+    if isinstance(entry, surfaces.SlotEntry | EllipseEntry):
         along = unit(np.array(entry.along))
         return replace(feature, along=along, length=entry.length, width=entry.width)
     if isinstance(entry, TorusEntry):
@@ -190,19 +155,12 @@ def _true_feature(entry: Artefact) -> TrueFeature:
     return feature
 
 
-_ROUND = (SphereEntry, BoreEntry, CylinderEntry, ConeEntry, TorusEntry)
+_ROUND = (surfaces.SphereEntry, surfaces.BoreEntry, surfaces.CylinderEntry, ConeEntry, TorusEntry)
 
 
 _LENGTHS = (
-    "diameter",
-    "top_diameter",
-    "tube_diameter",
-    "depth",
-    "height",
-    "length",
-    "width",
-    "free",
-)
+    "diameter", "top_diameter", "tube_diameter", "depth", "height", "length", "width", "free",
+)  # fmt: skip
 
 
 def _check(path: Path, document: PartDocument) -> None:
@@ -216,91 +174,48 @@ def _check(path: Path, document: PartDocument) -> None:
                 path, f"{at}.name", f"repeats the name '{entry.name}'", "Name each feature once."
             )
         names.add(entry.name)
-        for field in _LENGTHS:
-            value = getattr(entry, field, 1.0)
-            if value <= 0.0:
-                raise _error(
-                    path, f"{at}.{field}", f"is {value}", "Give a length greater than zero."
-                )
-        for field in ("direction", "along", "normal"):
-            value = getattr(entry, field, (0.0, 0.0, 1.0))
-            if np.linalg.norm(value) < 1e-9:
-                raise _error(path, f"{at}.{field}", "is a zero vector", "Give a direction.")
-        if isinstance(entry, PlaneEntry):
-            _check_plane(path, at, entry)
-        if isinstance(entry, TouchedEntry):
-            _check_places(path, at, entry)
-        if isinstance(entry, SlotEntry | EllipseEntry | TorusEntry):
-            _check_sizes(path, at, entry)
-        if isinstance(entry, LineEntry) and _skewness(entry.direction, entry.normal) > 1e-9:
-            raise _error(
-                path,
-                f"{at}.normal",
-                "is not perpendicular to 'direction'",
-                "Give the normal of the face that the line lies in.",
-            )
-        if isinstance(entry, ConeEntry) and entry.top_diameter >= entry.diameter:
-            raise _error(
-                path,
-                f"{at}.top_diameter",
-                "is not smaller than 'diameter'",
-                "Give the cone with its wide end at 'point'.",
-            )
+        for field, fault, remedy in _faults(entry):
+            raise _error(path, f"{at}.{field}", fault, remedy)
 
 
-def _check_sizes(path: Path, at: str, entry: SlotEntry | EllipseEntry | TorusEntry) -> None:
-    if isinstance(entry, TorusEntry):
-        if entry.tube_diameter >= entry.diameter:
-            raise _error(
-                path,
-                f"{at}.tube_diameter",
-                "is not smaller than 'diameter'",
-                "Give the diameter of the centre line, and that of the tube around it.",
-            )
-        return
-    if entry.width >= entry.length:
-        raise _error(
-            path, f"{at}.width", "is not smaller than 'length'", "Give the longer one as length."
-        )
-    if _skewness(entry.direction, entry.along) > 1e-9:
-        raise _error(
-            path,
-            f"{at}.along",
-            "is not perpendicular to 'direction'",
-            "Give the direction of the length, square to the axis.",
-        )
-
-
-def _check_places(path: Path, at: str, entry: TouchedEntry) -> None:
-    if not entry.places or len(entry.places) != len(entry.normals):
-        raise _error(
-            path,
-            f"{at}.places",
-            f"has {len(entry.places)} places, and 'normals' has {len(entry.normals)}",
-            "Give each place its normal, and one at least.",
-        )
-    if min(np.linalg.norm(entry.normals, axis=1)) < 1e-9:
-        raise _error(path, f"{at}.normals", "holds a zero vector", "Give a direction.")
-
-
-def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:
-    if _skewness(entry.direction, entry.along) > 1e-9:
-        raise _error(
-            path,
-            f"{at}.along",
-            "is not perpendicular to 'direction'",
-            "Give an axis that lies in the plane.",
-        )
-    if not entry.areas:
-        raise _error(path, f"{at}.areas", "is empty", "Give a rectangle that is free to touch.")
-    for number, (u0, v0, u1, v1) in enumerate(entry.areas):
-        if u1 <= u0 or v1 <= v0:
-            raise _error(
-                path,
-                f"{at}.areas[{number}]",
-                f"is {[u0, v0, u1, v1]}, which encloses no area",
-                "Give the lower corner first, then the upper one.",
-            )
+def _faults(entry: Artefact) -> Iterator[tuple[str, str, str]]:
+    """Yield field, fault and remedy of each wrong value of a surface."""
+    for field in _LENGTHS:
+        value = getattr(entry, field, 1.0)
+        if value <= 0.0:
+            yield field, f"is {value}", "Give a length greater than zero."
+    for field in ("direction", "along", "normal"):
+        if np.linalg.norm(getattr(entry, field, (0.0, 0.0, 1.0))) < 1e-9:
+            yield field, "is a zero vector", "Give a direction."
+    square = "is not perpendicular to 'direction'"
+    if isinstance(entry, surfaces.PlaneEntry):
+        if _skewness(entry.direction, entry.along) > 1e-9:
+            yield "along", square, "Give an axis that lies in the plane."
+        if not entry.areas:
+            yield "areas", "is empty", "Give a rectangle that is free to touch."
+        for number, (u0, v0, u1, v1) in enumerate(entry.areas):
+            if u1 <= u0 or v1 <= v0:
+                fault = f"is {[u0, v0, u1, v1]}, which encloses no area"
+                yield f"areas[{number}]", fault, "Give the lower corner first, then the upper one."
+    if isinstance(entry, TouchedEntry):
+        if not entry.places or len(entry.places) != len(entry.normals):
+            fault = f"has {len(entry.places)} places, and 'normals' has {len(entry.normals)}"
+            yield "places", fault, "Give each place its normal, and one at least."
+        if min(np.linalg.norm(entry.normals, axis=1)) < 1e-9:
+            yield "normals", "holds a zero vector", "Give a direction."
+    smaller = "is not smaller than 'diameter'"
+    if isinstance(entry, TorusEntry) and entry.tube_diameter >= entry.diameter:
+        remedy = "Give the diameter of the centre line, and that of the tube around it."
+        yield "tube_diameter", smaller, remedy
+    if isinstance(entry, surfaces.SlotEntry | EllipseEntry):
+        if entry.width >= entry.length:
+            yield "width", "is not smaller than 'length'", "Give the longer one as length."
+        if _skewness(entry.direction, entry.along) > 1e-9:
+            yield "along", square, "Give the direction of the length, square to the axis."
+    if isinstance(entry, surfaces.LineEntry) and _skewness(entry.direction, entry.normal) > 1e-9:
+        yield "normal", square, "Give the normal of the face that the line lies in."
+    if isinstance(entry, ConeEntry) and entry.top_diameter >= entry.diameter:
+        yield "top_diameter", smaller, "Give the cone with its wide end at 'point'."
 
 
 def _skewness(first: Vector3, second: Vector3) -> float:

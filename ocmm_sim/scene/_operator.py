@@ -19,8 +19,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_sim.scene import _kernels as kernels
 from ocmm_sim.scene._artefacts import Part
-from ocmm_sim.scene._hand import attitude_at
-from ocmm_sim.scene._script_writer import ScriptedTouch, ScriptWriter, segment_of
+from ocmm_sim.scene._hand import ScriptedTouch, ScriptWriter, attitude_at, segment_of
 from ocmm_sim.scene._surfaces import (
     HOLES,
     Artefact,
@@ -45,7 +44,8 @@ _BORE_APPROACH = 0.8
 """Fraction of the way from axis to wall used as approach in a bore."""
 _CLEARANCE_MM = 12.0
 _HOME_ABOVE_MM = 40.0
-_TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
+_TREMOR = (2e-3, 0.10)
+"""Amplitudes of attitude, rad, and place, mm."""
 _TREMOR_WAVES = 4
 _STREAM = 16
 _SLIDE_MM_S = (10.0, 25.0)
@@ -113,7 +113,7 @@ class Operator:
         self._dwell_s = max(DWELL_S, kernels.BUTTON_DOWN_S + _WINDOW_FRAMES * period_s)
         self._tip_radius = tip_radius
         self._seed = seed
-        self._tremor = _draw_tremor(np.random.default_rng([seed, _STREAM]))
+        self._tremor = draw_tremor(np.random.default_rng([seed, _STREAM]))
         self._lock = threading.Lock()
         pose = part.T_world_from_part
         tops = [_top(entry) for entry in part.artefacts]
@@ -122,7 +122,9 @@ class Operator:
         middle = pose.apply(np.array([entry.point for entry in part.artefacts])).mean(axis=0)
         self._home = np.array([middle[0], middle[1], self._safe_z + _HOME_ABOVE_MM])
         self._places: dict[str, Contacts] = {}
-        rest = segment_of(0.0, REST_S, kernels.REST, self._home, self._home)
+        rest = segment_of(
+            0.0, REST_S, kernels.REST, self._home, self._home, np.zeros(3), np.zeros(3)
+        )
         self._timeline = self._extended(_Timeline(rest[None], (), 0), touches, 0.0)
 
     @property
@@ -317,12 +319,11 @@ class Operator:
         writer.retract(tips[-1] + reach * normals[-1])
 
 
-def _draw_tremor(rng: np.random.Generator) -> Float:
+def draw_tremor(rng: np.random.Generator, amplitudes: tuple[float, float] = _TREMOR) -> Float:
     """Return waves (2, 3, K, 3) of attitude and place: amplitude, frequency, phase."""
     shape = (2, 3, _TREMOR_WAVES)
     tremor = np.empty((*shape, 3))
-    scale = np.sqrt(2.0 / _TREMOR_WAVES) * np.array([_TREMOR_RAD, _TREMOR_MM])
-    tremor[..., 0] = scale[:, None, None]
+    tremor[..., 0] = (np.sqrt(2.0 / _TREMOR_WAVES) * np.array(amplitudes))[:, None, None]
     tremor[..., 1] = 2.0 * np.pi * np.exp(rng.uniform(np.log(0.6), np.log(5.0), shape))
     tremor[..., 2] = rng.uniform(0.0, 2.0 * np.pi, shape)
     return tremor

@@ -124,31 +124,24 @@ class PixelFrames:
             variance=np.concatenate([piece.variance for piece in pieces])[part],
         )
 
-    def configure(
-        self,
-        camera: int,
-        *,
-        exposure_ns: int,
-        threshold: int,
-        strobe: int,
-        windows: tuple[tuple[int, int, int, int], ...],
-    ) -> None:
+    def configure(self, camera: int, config: CameraConfig) -> None:
         """Configure a camera, which restarts searching; see `SensorControl`.
 
         InputError if exposure exceeds the period, threshold is zero, or a window is off.
         """
         unit = self._cameras[camera]
-        if not 0 < exposure_ns <= self.rig.frame_period_ns:
+        if not 0 < config.exposure_ns <= self.rig.frame_period_ns:
             raise InputError(
                 "camera.exposure",
-                f"The exposure time is {exposure_ns} ns, but a frame lasts "
+                f"The exposure time is {config.exposure_ns} ns, but a frame lasts "
                 f"{self.rig.frame_period_ns} ns.",
                 "Set an exposure time above zero and within the frame period.",
             )
-        unit.finder = self._finder(unit.sensor, threshold, tuple(Window(*w) for w in windows))
-        unit.exposure_ns = exposure_ns
-        bits = np.arange(len(unit.lit))
-        unit.lit = np.asarray((strobe >> bits) & 1 == 1) if strobe else np.ones_like(unit.lit)
+        windows = tuple(Window(*window) for window in config.windows)
+        unit.finder = self._finder(unit.sensor, config.threshold, windows)
+        unit.exposure_ns = config.exposure_ns
+        lit = (config.strobe >> np.arange(len(unit.lit))) & 1 == 1
+        unit.lit = np.asarray(lit) if config.strobe else np.ones_like(unit.lit)
         unit.forget()
 
     def image(

@@ -6,6 +6,7 @@ import hashlib
 import struct
 import zlib
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -77,18 +78,15 @@ class Snapshots:
     def written(self) -> dict[Address, Callable[[bytes], object]]:
         return {
             **{
-                (device.SNAPSHOT, sub): self._setter(sub)
+                (device.SNAPSHOT, sub): partial(self._want, sub)
                 for sub in (_LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT)
             },
             (device.SNAPSHOT, _COMMAND): self._command,
             (device.SNAPSHOT, _OFFSET): self._set_offset,
         }
 
-    def _setter(self, sub: int) -> Callable[[bytes], object]:
-        def keep(value: bytes) -> None:
-            self._wanted[sub - 1] = int.from_bytes(value, "little")
-
-        return keep
+    def _want(self, sub: int, value: bytes) -> None:
+        self._wanted[sub - 1] = int.from_bytes(value, "little")
 
     def _set_offset(self, value: bytes) -> None:
         self._offset = int.from_bytes(value, "little")
@@ -167,8 +165,12 @@ class Electronics:
         self._note = self._stored(_NOTE_NAME)
         self._hours = int.from_bytes(self._stored(_HOURS_NAME), "little")
         self._saved_hours = self._hours
-        if self._intrinsics:
-            self._check_stored_intrinsics()
+        try:
+            if self._intrinsics:
+                device.Intrinsics.decode(self._intrinsics)
+        except BusError as error:
+            self._intrinsics = b""
+            self._failed(error)
         self._black.switch_on()
 
     @property
@@ -182,13 +184,7 @@ class Electronics:
         return self._told_sensor[1], self._told_sensor[2]
 
     def configure(self, config: device.CameraConfig) -> None:
-        self._sensor.configure(
-            self._camera,
-            exposure_ns=config.exposure_ns,
-            threshold=config.threshold,
-            strobe=config.strobe,
-            windows=config.windows,
-        )
+        self._sensor.configure(self._camera, config)
 
     def work(self, now_ns: int) -> bool:
         """Advance lengthy work; return whether work was done."""
@@ -202,7 +198,9 @@ class Electronics:
     def live(self) -> dict[Address, Callable[[], bytes]]:
         return {
             **self._diagnosis.live(),
-            (device.IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
+            (device.IDENTIFY, 2): lambda: struct.pack(
+                "<H", max(0, -(-(self._blinks_until_ns - self._now_ns) // 1_000_000_000))
+            ),
             **self._black.live(),
             **self._snapshots.live(),
             (device.CALIBRATION, _BLOB): lambda: self._intrinsics,
@@ -233,9 +231,6 @@ class Electronics:
 
     def _blink(self, value: bytes) -> None:
         self._blinks_until_ns = self._now_ns + int.from_bytes(value, "little") * 1_000_000_000
-
-    def _blinks_for(self) -> int:
-        return max(0, -(-(self._blinks_until_ns - self._now_ns) // 1_000_000_000))
 
     def _check_mode(self, value: bytes) -> None:
         if value[0] == device.CameraMode.CORRECTED and not self._intrinsics:
@@ -269,13 +264,6 @@ class Electronics:
         except OcmmError as error:
             self._failed(error)
             return b""
-
-    def _check_stored_intrinsics(self) -> None:
-        try:
-            device.Intrinsics.decode(self._intrinsics)
-        except BusError as error:
-            self._intrinsics = b""
-            self._failed(error)
 
     def _celsius(self) -> float:
         try:

@@ -6,13 +6,16 @@ The sensor serves providers without pixels.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, TypeGuard
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import CameraModel, ideal_from_pixels
 from ocmm_core.fieldbus import device
+
+if TYPE_CHECKING:
+    from ocmm_sim.slave._esc import Esc
 
 Frames = tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]
 
@@ -29,22 +32,12 @@ class CameraFrames(Protocol):
         ...
 
 
+@runtime_checkable
 class SensorControl(Protocol):
     """Sensor functions available to a camera's electronics."""
 
-    def configure(
-        self,
-        camera: int,
-        *,
-        exposure_ns: int,
-        threshold: int,
-        strobe: int,
-        windows: tuple[tuple[int, int, int, int], ...],
-    ) -> None:
-        """Set exposure time, threshold (grey levels), LED mask (0: all) and windows.
-
-        A window is left, top, width and height, px; if empty, the camera chooses.
-        """
+    def configure(self, camera: int, config: device.CameraConfig) -> None:
+        """Set exposure time, threshold (grey levels), LED mask and windows."""
         ...
 
     def image(
@@ -64,22 +57,6 @@ class SensorControl(Protocol):
     def temperature_c(self, camera: int) -> float: ...
 
 
-class Clocked(Protocol):
-    """Provider of the exposure clock: a slave controller."""
-
-    now_ns: int
-
-    @property
-    def system_time_ns(self) -> int: ...
-
-
-class Scheduled(Protocol):
-    """Provider of the exposure schedule: a frame buffer."""
-
-    start_ns: int
-    period_ns: int
-
-
 _DIGIT = 1 << 10
 """Values of one digit; a digit is a whole number of pixels from `_ZERO_PX`."""
 _ZERO_PX = 100.0
@@ -95,9 +72,9 @@ class ClockPattern:
     """
 
     def __init__(self) -> None:
-        self._watched: dict[int, tuple[Clocked, Scheduled, int]] = {}
+        self._watched: dict[int, tuple[Esc, FrameBuffer, int]] = {}
 
-    def watch(self, camera: int, clock: Clocked, schedule: Scheduled, boots: int) -> None:
+    def watch(self, camera: int, clock: Esc, schedule: FrameBuffer, boots: int) -> None:
         """Set the time sources of a camera."""
         self._watched[camera] = (clock, schedule, boots)
 
@@ -184,7 +161,6 @@ class TestPattern:
 
 
 SENSOR_PX = 2048
-_METHODS = ("configure", "image", "black_image", "set_black_image", "temperature_c")
 _DARK_LEVEL, _DARK_STEP = 120, 7
 _PEAK, _SIGMA_PX = 9000.0, 1.2
 _TEMPERATURE_C = 36.5
@@ -192,11 +168,7 @@ _TEMPERATURE_C = 36.5
 
 def sensor_of(provider: CameraFrames) -> SensorControl:
     """Return the provider's sensor, or a simple one that shows its first frame."""
-    return provider if _is_sensor(provider) else SimpleSensor(provider)
-
-
-def _is_sensor(provider: object) -> TypeGuard[SensorControl]:
-    return all(callable(getattr(provider, name, None)) for name in _METHODS)
+    return provider if isinstance(provider, SensorControl) else SimpleSensor(provider)
 
 
 class SimpleSensor:
@@ -205,15 +177,7 @@ class SimpleSensor:
     def __init__(self, provider: CameraFrames) -> None:
         self._provider = provider
 
-    def configure(
-        self,
-        camera: int,
-        *,
-        exposure_ns: int,
-        threshold: int,
-        strobe: int,
-        windows: tuple[tuple[int, int, int, int], ...],
-    ) -> None:
+    def configure(self, camera: int, config: device.CameraConfig) -> None:
         """Do nothing: positions come from the provider, not from pixels."""
 
     def image(

@@ -78,7 +78,13 @@ class SoftwareCamera:
         self.esc.can_boot = True
         self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
         self.electronics = Electronics(
-            index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
+            index,
+            serial,
+            provider,
+            store or CameraStore(),
+            self._diagnosis,
+            lambda frames: self.buffer.darken(self.esc.system_time_ns, frames),
+            sensor,
         )
         self.coe = CoeServer(
             device.object_dictionary(serial, layout),
@@ -240,9 +246,6 @@ class SoftwareCamera:
     def _send_emergency(self, code: int, register: int, data: bytes) -> None:
         if self.esc.state >= registers.PREOP and not self.mailbox_hangs:
             self.esc.post(self.coe.emergency(code, register, data))
-
-    def _darken(self, frames: int) -> int:
-        return self.buffer.darken(self.esc.system_time_ns, frames)
 
     def _bus_cycle_ns(self) -> int:
         sync0, sync1 = struct.unpack_from("<II", self.esc.memory, registers.SYNC0_CYCLE)

@@ -329,7 +329,10 @@ class BlackImages:
         command = BlackCommand(value[0])
         if command is BlackCommand.MEASURE:
             frames = self._frames
-            self._start(lambda: self._measure(frames), self._darken(frames))
+            self._start(
+                lambda: _InUse.from_pixels(self._sensor.black_image(self._camera, frames)),
+                self._darken(frames),
+            )
         elif command is BlackCommand.STORE:
             in_use = self._in_use
             if in_use is None:
@@ -346,9 +349,6 @@ class BlackImages:
         self._state = Work.BUSY
         self._began_ns, self._takes_ns = self._now_ns, takes_ns
         self._job = BackgroundJob(STORED_NAME, work)
-
-    def _measure(self, frames: int) -> _InUse:
-        return _InUse.from_pixels(self._sensor.black_image(self._camera, frames))
 
     def _keep(self, in_use: _InUse) -> _InUse:
         self._store.save(STORED_NAME, in_use.block())

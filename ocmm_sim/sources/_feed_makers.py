@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -271,30 +272,27 @@ def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str
 
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return software cameras playing the request's script; interface not set."""
-    return _segment(script_of(_at_device_rate(request, rig), plan).to_json(), rig, request.control)
+    return _segment(_wire_script(request, plan, rig).to_json(), rig, request.control)
 
 
 def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the same cameras with rendered images and spot detection."""
-    script = script_of(_at_pixel_rate(request), plan)
+    script = _wire_script(request, plan, rig, pixels=True)
     words = scene.PixelScript(pixels=scene.SensorOptions(), script=script).to_json()
     return _segment(words, rig, request.control)
 
 
-def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
-    """Return the virtual rig over a virtual wire."""
-    virtual = script_of(_at_device_rate(request, rig), plan).build()
-    segment = segment_of(request, plan, rig)
+def wire_feed(
+    request: StationRequest, plan: Plan, rig: Rig, _value: str, *, pixels: bool = False
+) -> Feed:
+    """Return the virtual rig over a virtual wire; ``pixels``: with rendered images."""
+    virtual = _wire_script(request, plan, rig, pixels=pixels).build()
+    segment = (pixel_segment_of if pixels else segment_of)(request, plan, rig)
     feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
     return _played(feed, virtual)
 
 
-def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
-    """Return the virtual rig over a virtual wire, with rendered images."""
-    virtual = script_of(_at_pixel_rate(request), plan).build()
-    segment = pixel_segment_of(request, plan, rig)
-    feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
-    return _played(feed, virtual)
+pixel_feed = partial(wire_feed, pixels=True)
 
 
 def genicam_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
@@ -352,9 +350,16 @@ def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
     return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
 
 
-def _at_device_rate(request: StationRequest, rig: Rig) -> StationRequest:
-    """Return the request with the frame rate of the camera description."""
-    return replace(request, frame_rate_hz=round(rate_of(rig))) if rig.device else request
+def _wire_script(
+    request: StationRequest, plan: Plan, rig: Rig, *, pixels: bool = False
+) -> scene.RigScript:
+    """Return the script at the rate of rendered cameras, or of the camera description."""
+    rate = request.frame_rate_hz
+    if pixels:
+        rate = rate or _PIXEL_RATE_HZ
+    elif rig.device:
+        rate = round(rate_of(rig))
+    return script_of(replace(request, frame_rate_hz=rate), plan)
 
 
 def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
@@ -367,11 +372,6 @@ def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
         provider=msgspec.Raw(words.encode("utf-8")),
         control=control,
     )
-
-
-def _at_pixel_rate(request: StationRequest) -> StationRequest:
-    """Return the request with the frame rate of rendered cameras."""
-    return request if request.frame_rate_hz else replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
 
 
 def _on_wire(

@@ -116,30 +116,24 @@ class IgtlEncoder(MarkerEncoder):
         rotation = _TURNED if self.faults.poses else IDENTITY
         quaternion = (0.0, 0.0, 0.6, 0.8) if self.faults.poses else (0.0, 0.0, 0.0, 1.0)
         seen = [(name, place) for name, place in named.items() if place is not None]
-        if self._kind == "TDATA":
-            content = b"".join(
-                struct.pack(">20sBB12f", name.encode(), 3, 0, *rotation, *place)
-                for name, place in seen
-            )
-        elif self._kind == "QTDATA":
-            content = b"".join(
-                struct.pack(">20sBB7f", name.encode(), 3, 0, *place, *quaternion)
-                for name, place in seen
-            )
-        elif self._kind == "POINT":
-            content = b"".join(
-                struct.pack(">64s32s4B4f20s", name.encode(), b"", 0, 0, 0, 0, *place, 1.0, b"")
-                for name, place in seen
-            )
-        else:
-            single = {"TRANSFORM": (">12f", rotation, ()), "POSITION": (">7f", (), quaternion)}
+        single: dict[Kind, tuple[str, tuple[float, ...], tuple[float, ...]]] = {
+            "TRANSFORM": (">12f", rotation, ()), "POSITION": (">7f", (), quaternion),
+        }  # fmt: skip
+        if self._kind in single:
             form, before, after = single[self._kind]
             return sent + b"".join(
                 message(self._kind, name, time_ns, struct.pack(form, *before, *place, *after),
                         self._version)
                 for name, place in seen
             )  # fmt: skip
-        return sent + message(self._kind, "Tracker", time_ns, content, self._version)
+        listed: dict[Kind, tuple[str, tuple[object, ...], tuple[object, ...]]] = {
+            "TDATA": (">20sBB12f", (3, 0, *rotation), ()),
+            "QTDATA": (">20sBB7f", (3, 0), quaternion),
+            "POINT": (">64s32s4B4f20s", (b"", 0, 0, 0, 0), (1.0, b"")),
+        }
+        row, head, tail = listed[self._kind]
+        rows = (struct.pack(row, name.encode(), *head, *place, *tail) for name, place in seen)
+        return sent + message(self._kind, "Tracker", time_ns, b"".join(rows), self._version)
 
 
 _ERROR, _ANSWER, _XML, _DATA = 0, 1, 2, 3

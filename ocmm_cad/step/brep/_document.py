@@ -12,7 +12,7 @@ import numpy as np
 
 from ocmm_cad.pmi import units_fault
 from ocmm_cad.step.brep._edge_steps import EdgeSteps
-from ocmm_cad.step.brep._library import SameShape, explored, static, without_place
+from ocmm_cad.step.brep._library import SameShape, compound_of, explored, static, without_place
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
@@ -207,20 +207,11 @@ def _without_crossings(reader: Any) -> None:
 
 
 def _together(shapes: list[Any]) -> Any:
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
     shapes = [one for one in shapes if one is not None and not one.IsNull()]
     if not shapes:
         msg = "contains no shape"
         raise ValueError(msg)
-    if len(shapes) == 1:
-        return shapes[0]
-    compound, builder = TopoDS_Compound(), BRep_Builder()
-    builder.MakeCompound(compound)
-    for one in shapes:
-        builder.Add(compound, one)
-    return compound
+    return shapes[0] if len(shapes) == 1 else compound_of(shapes)
 
 
 def _all_said(document: Any, shapes: Any) -> dict[SameShape, Said]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any
 
@@ -71,6 +71,18 @@ def triangulation(face: Any) -> tuple[Any, Any]:
 
     place = TopLoc_Location()
     return static(BRep_Tool, "Triangulation")(face, place), place
+
+
+def compound_of(shapes: Iterable[Any]) -> Any:
+    """Return shapes as one."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    compound, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(compound)
+    for one in shapes:
+        builder.Add(compound, one)
+    return compound
 
 
 class SameShape:

@@ -13,6 +13,7 @@ from ocmm_cad.step.brep._document import StepDocument
 from ocmm_cad.step.brep._edge_steps import EdgeSteps, parameters_on
 from ocmm_cad.step.brep._library import (
     SameShape,
+    compound_of,
     explored,
     is_turned,
     kind_of,
@@ -21,7 +22,7 @@ from ocmm_cad.step.brep._library import (
     vector,
 )
 from ocmm_cad.step.brep._raw_faces import UnusableModelError, faces_with_surface, go_round
-from ocmm_cad.step.brep._solid_mesh import RawMesh, motion_of, raw_meshes
+from ocmm_cad.step.brep._solid_mesh import RawMesh, mesh_shape, motion_of, raw_meshes
 from ocmm_cad.step.brep._surface_splines import MappedSurface, surface_of
 from ocmm_core import part_model
 from ocmm_core.errors import InputError
@@ -110,26 +111,18 @@ class _FaceMesh:
 def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     """Mesh all faces, coarser until it is small enough; return the deflection, mm."""
     from OCP.Bnd import Bnd_Box
-    from OCP.BRep import BRep_Builder
     from OCP.BRepBndLib import BRepBndLib
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.BRepTools import BRepTools
-    from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
-    from OCP.TopoDS import TopoDS_Compound
 
     if len(faces) > _KEPT and (kept := _kept_deflection(faces)) > 0.0:
         return kept
-    compound, builder = TopoDS_Compound(), BRep_Builder()
-    builder.MakeCompound(compound)
-    for face in faces:
-        builder.Add(compound, face)
+    compound = compound_of(faces)
     box = Bnd_Box()
     static(BRepBndLib, "Add")(compound, box, False)
     size = float(np.linalg.norm(vector(box.CornerMax()) - vector(box.CornerMin())))
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
         msg = "its size is no size of a part"
         raise ValueError(msg)
-    # The usual method takes time quadratic in the holes of a face.
     is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces
     )
@@ -137,13 +130,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     turn = _TURN_RAD if len(faces) <= _VERY_LARGE else 2.0 * _TURN_RAD
     for _ in range(6):
         static(BRepTools, "Clean")(compound)
-        mesher = BRepMesh_IncrementalMesh()
-        mesher.SetShape(compound)
-        options = mesher.ChangeParameters()
-        options.Deflection, options.Angle = deflection, turn
-        if is_large:
-            options.MeshAlgo = IMeshTools_MeshAlgoType_Delabella
-        mesher.Perform()
+        mesh_shape(compound, deflection, turn, is_large=is_large)
         if sum(_count(face) for face in faces) <= _ENOUGH_TRIANGLES:
             break
         deflection, turn = 2.0 * deflection, min(2.0 * turn, 1.5)

@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_cad.step.brep._library import SameShape, explored, static, triangulation, without_place
+from ocmm_cad.step.brep._library import (
+    SameShape,
+    compound_of,
+    explored,
+    static,
+    triangulation,
+    without_place,
+)
 from ocmm_core.geometry import Float
 
 DEFLECTION_MM = 0.04
@@ -41,8 +48,6 @@ def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
     """Mesh all faces of a model for targets; return the deflection, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
-    from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
 
     box = Bnd_Box()
     static(BRepBndLib, "Add")(shape, box)
@@ -52,15 +57,25 @@ def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
     if len(faces) > _LARGE:
         deflection = max(deflection, _COARSER_MM)
         bend = _COARSER_RAD if len(faces) <= _VERY_LARGE else _COARSEST_RAD
+    wires = (sum(1 for _ in explored(face, "WIRE")) for face in faces)
+    is_large = len(faces) > _LARGE or any(count - 1 > _MANY_HOLES for count in wires)
+    mesh_shape(shape, deflection, bend, is_large=is_large)
+    return deflection
+
+
+def mesh_shape(shape: Any, deflection: float, bend: float, *, is_large: bool) -> None:
+    """Mesh a shape; ``is_large``: it has many faces, or a face many holes."""
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
+
     mesher = BRepMesh_IncrementalMesh()
     mesher.SetShape(shape)
     options = mesher.ChangeParameters()
     options.Deflection, options.Angle = deflection, bend
-    # The usual method takes time quadratic in the holes of a face.
-    if len(faces) > _LARGE or any(_holes(face) > _MANY_HOLES for face in faces):
+    if is_large:
+        # The usual method takes time quadratic in the holes of a face.
         options.MeshAlgo = IMeshTools_MeshAlgoType_Delabella
     mesher.Perform()
-    return deflection
 
 
 def raw_meshes(faces: Sequence[Any], *, with_normals: bool = False) -> dict[int, RawMesh]:
@@ -108,15 +123,13 @@ def _written(meshes: Sequence[Any], with_normals: bool) -> list[RawMesh] | None:
     """
     from OCP.BinTools import BinTools, BinTools_FormatVersion_VERSION_4
     from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound, TopoDS_Face
+    from OCP.TopoDS import TopoDS_Face
 
-    compound, builder = TopoDS_Compound(), BRep_Builder()
-    builder.MakeCompound(compound)
-    for mesh in meshes:
-        # A face with only a mesh, so that no surfaces and edges are written.
-        bare = TopoDS_Face()
-        builder.MakeFace(bare, mesh)
-        builder.Add(compound, bare)
+    # Faces with only a mesh, so that no surfaces and edges are written.
+    faces = [TopoDS_Face() for _ in meshes]
+    for bare, mesh in zip(faces, meshes, strict=True):
+        BRep_Builder().MakeFace(bare, mesh)
+    compound = compound_of(faces)
     stream = io.BytesIO()
     try:
         static(BinTools, "Write")(
@@ -197,7 +210,3 @@ def triangles_of(meshes: Mapping[int, RawMesh]) -> tuple[Float, NDArray[np.int64
         np.array(list(meshes), dtype=np.int64), [len(mesh.rows) for mesh in meshes.values()]
     )
     return triangles, owners
-
-
-def _holes(face: Any) -> int:
-    return sum(1 for _ in explored(face, "WIRE")) - 1

@@ -13,7 +13,7 @@ from pathlib import Path
 from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.finished import SUFFIX
-from ocmm_shop.archive.records import Delivery, Extract, ExtractedJob, Sender, extract_job, snapshot
+from ocmm_shop.archive.records import Delivery, ExtractedJob, Sender, extract_job, snapshot
 from ocmm_shop.archive.stores import Archive, stations_by_key
 
 Tell = Callable[[str, float], None]
@@ -36,7 +36,6 @@ def rebuild(
     contents: Iterable[tuple[str, bytes]],
     stations: Mapping[str, str],
     tell: Tell = lambda what, share: None,
-    extract: Extract = extract_job,
 ) -> Rebuilt:
     """Fill an empty archive from job files.
 
@@ -57,7 +56,7 @@ def rebuild(
     for name, content in contents:
         tell(f"Reading {name}", 0.0)
         try:
-            made.append((name, extract(content, name, "", None)))
+            made.append((name, extract_job(content, name, "")))
         except OcmmError as error:
             unread.append(f"{name}: {error.what}")
     # Versions of a job in chronological order: each is compared with the earlier ones.
@@ -69,7 +68,7 @@ def rebuild(
         job = one.record.job
         station = _named(stations, job.signer)
         known = heads.setdefault((job.job_uuid, station), {})
-        again = extract(one.content, name, station, known or None)
+        again = extract_job(one.content, name, station, known or None)
         if not again.record.job.fault:
             known[job.steps] = job.head
         waiting.append(

@@ -59,11 +59,7 @@ class _Versions:
 
 
 def verify_archive(
-    archive: Archive,
-    *,
-    deep: bool = True,
-    tell: Tell = lambda what, share: None,
-    extract: records.Extract = records.extract_job,
+    archive: Archive, *, deep: bool = True, tell: Tell = lambda what, share: None
 ) -> Checked:
     """Compare every row with its job file: its hash, and if `deep` its recomputed rows."""
     rows = archive.query("SELECT id, job_uuid, sha256, station FROM job ORDER BY id").rows
@@ -80,7 +76,7 @@ def verify_archive(
             # A fault begins with the file name at its station, which is not part of the fact.
             name = stored.job.fault.partition(":")[0]
             name = name if name.endswith(SUFFIX) else f"{str(sha256)[:12]}{SUFFIX}"
-            made = extract(content, name, str(station), known or None).record
+            made = records.extract_job(content, name, str(station), known or None).record
         except OcmmError as error:
             faults.append((number, str(job), error.what))
             continue

@@ -25,7 +25,7 @@ from ocmm_core.storage import HeldJobs, read_held_jobs, write_held_jobs
 from ocmm_shop.archive import records
 from ocmm_shop.archive.outbox._outbox import Outbox
 from ocmm_shop.archive.outbox._outbox_file import Item, ItemState
-from ocmm_shop.archive.stores import HEADS, Archive, Cell, Remedy, SqlArchive, remedy_of
+from ocmm_shop.archive.stores import HEADS, Archive, Cell, Remedy, remedy_of
 
 _PAGE, _LONGEST = 50, 1_000_000
 _SETTLED = timedelta(hours=1)
@@ -173,13 +173,13 @@ class Courier:
     def __init__(
         self,
         outbox: Outbox,
-        connect: Callable[[], SqlArchive],
+        connect: Callable[[], Archive],
         station: str = "",
         extract: records.Extract = records.extract_job,
     ) -> None:
         self._outbox, self._connect, self._extract = outbox, connect, extract
         self._station = station
-        self._archive: SqlArchive | None = None
+        self._archive: Archive | None = None
         self._exchange_at = 0.0
         self._again = 0
 
@@ -218,7 +218,7 @@ class Courier:
             return Handed(sent, aside, self._again, error)
         return Handed(sent, aside, self._again)
 
-    def _exchange_heads(self, archive: SqlArchive, *, now: bool) -> None:
+    def _exchange_heads(self, archive: Archive, *, now: bool) -> None:
         if not now and time.monotonic() < self._exchange_at:
             return
         self._exchange_at = time.monotonic() + _EXCHANGE_S
@@ -229,7 +229,7 @@ class Courier:
             _log.warning("The ends of histories are not in the archive: %s", error)
             self.close()
 
-    def _open(self) -> SqlArchive:
+    def _open(self) -> Archive:
         if self._archive is None:
             self._archive = self._connect()
             self._send_again_what_was_lost(self._archive)
@@ -239,14 +239,14 @@ class Courier:
         self._outbox.note_contact(None)
         return self._archive
 
-    def _send_again_what_was_lost(self, archive: SqlArchive) -> None:
+    def _send_again_what_was_lost(self, archive: Archive) -> None:
         """Requeue acknowledged jobs that the archive lacks, after a restore from backup."""
         last = archive.last_sequence(self._outbox.identity)
         for item in lost_deliveries(self._outbox, archive, last):
             self._outbox.settle(item, ItemState.WAITING)
             self._again += 1
 
-    def _hand_over(self, archive: SqlArchive, item: Item) -> bool:
+    def _hand_over(self, archive: Archive, item: Item) -> bool:
         """Deliver one job; return whether the archive has it; raises what stops the round."""
         try:
             made = self._made(archive, item)
@@ -260,7 +260,7 @@ class Courier:
         self._outbox.note_contact(None, receipt.clock_off_s)
         return True
 
-    def _made(self, archive: SqlArchive, item: Item) -> records.Delivery:
+    def _made(self, archive: Archive, item: Item) -> records.Delivery:
         sender = sender_of(self._outbox, self._station)
         content = self._outbox.content(item)
         try:

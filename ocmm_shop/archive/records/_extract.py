@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import OcmmError
@@ -72,18 +72,25 @@ def _unreadable(
     head: JobHead, seal: JobSeal, content: bytes, station: str, why: str
 ) -> rows.JobRecord:
     """Return the row of a job whose content was altered: no result of it counts."""
-    created = rows.utc_text(head.created_utc)
-    row = rows.JobRow(
-        job_uuid=head.job_uuid, steps=max(seal.steps, 1), head=seal.head or "0" * 64,
-        sha256=hashlib.sha256(content).hexdigest(), size=len(content), station=station,
-        state="open", part=_name(head.part), serial=_name(head.serial), order_name="", batch="",
-        operator=_name(head.operator), plan="", plan_sha256=head.plan_identity,
-        program=_name(head.software_version), created_utc=created, changed_utc=created, rig="",
-        calibration="", probe="", tip="", part_c=None, probe_c=None,
-        verdict=PartWord.NOT_PROVEN.value, complete=False, simulated=False, points=0,
-        **_sealed(seal), fault=why or "The job cannot be read.",
+    row = _row(
+        head, seal, content, station, steps=max(seal.steps, 1), head=seal.head or "0" * 64,
+        state="open", order_name="", batch="", plan="",
+        changed_utc=rows.utc_text(head.created_utc), rig="", calibration="", probe="", tip="",
+        part_c=None, probe_c=None, verdict=PartWord.NOT_PROVEN.value, complete=False,
+        simulated=False, points=0, fault=why or "The job cannot be read.",
     )  # fmt: skip
     return rows.JobRecord(job=row, results=(), uses=())
+
+
+def _row(job: JobHead, seal: JobSeal, content: bytes, station: str, /, **own: Any) -> rows.JobRow:
+    """Return the row of a job: what its head and seal say, and its ``own`` fields."""
+    return rows.JobRow(
+        job_uuid=job.job_uuid, sha256=hashlib.sha256(content).hexdigest(), size=len(content),
+        station=station, part=_name(job.part), serial=_name(job.serial),
+        operator=_name(job.operator), plan_sha256=job.plan_identity,
+        program=_name(job.software_version), created_utc=rows.utc_text(job.created_utc),
+        **_sealed(seal), **own,
+    )  # fmt: skip
 
 
 def _fault(
@@ -105,23 +112,17 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> rows.
     camera, probe = documents.camera_record(), documents.probe_records()
     times = [head.created_utc, *(event.time_utc for event in job.events), *job.taken_utc.values()]
     part, rod = job.options.climate.part.now, job.options.climate.probe.now
-    row = rows.JobRow(
-        job_uuid=head.job_uuid,
+    row = _row(
+        head,
+        job.seal,
+        content,
+        station,
         steps=job.seal.steps,
         head=job.seal.head,
-        sha256=hashlib.sha256(content).hexdigest(),
-        size=len(content),
-        station=station,
         state="finished" if view.complete else "paused" if view.paused else "open",
-        part=_name(head.part),
-        serial=_name(head.serial),
         order_name=_name(view.header.order),
         batch=_name(view.header.batch),
-        operator=_name(head.operator),
         plan=_name(job.plan.name),
-        plan_sha256=head.plan_identity,
-        program=_name(head.software_version),
-        created_utc=rows.utc_text(head.created_utc),
         changed_utc=max(rows.utc_text(one) for one in times),
         rig=_name(job.rig.name),
         calibration="" if camera is None else record_hash(camera),
@@ -133,7 +134,6 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> rows.
         complete=bool(view.part_verdict.complete),
         simulated=bool(view.simulated),
         points=len(job.points),
-        **_sealed(job.seal),
         fault=fault,
         requirements=_name(view.part_verdict.requirement_words),
     )
@@ -197,21 +197,14 @@ def signature_of(content: bytes) -> tuple[str, str]:
     return ("", "") if signed is None else (signed.key, signed.value)
 
 
-class _Sealed(TypedDict):
-    seal: str
-    signer: str
-    key: str
-    signature: str
-
-
-def _sealed(seal: JobSeal) -> _Sealed:
+def _sealed(seal: JobSeal) -> dict[str, Any]:
     word = {SealWord.NOT_SIGNED: rows.NOT_SIGNED, SealWord.FORGED: rows.FORGED}.get(
         seal.state.word, rows.SIGNED
     )
     signed = seal.signature
     # A malformed key verifies nothing: a damaged row must not break the archive.
     key, value = ("", "") if signed is None or word == rows.FORGED else (signed.key, signed.value)
-    return _Sealed(seal=word, signer=seal.state.fingerprint, key=key, signature=value)
+    return {"seal": word, "signer": seal.state.fingerprint, "key": key, "signature": value}
 
 
 def _limit(value: float) -> float | None:

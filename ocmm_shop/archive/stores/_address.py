@@ -43,7 +43,8 @@ class PostgresAddress:
 
     @property
     def is_network(self) -> bool:
-        return any(_is_network(host) for host in self.options.get("host", "").split(","))
+        hosts = filter(None, self.options.get("host", "").split(","))
+        return any(not one.startswith(("/", "@")) and not is_loopback(one) for one in hosts)
 
     @property
     def is_open(self) -> bool:
@@ -154,10 +155,6 @@ def with_user(text: str, user: str) -> str:
     parts = urlsplit(text)
     where = parts.netloc.rpartition("@")[2]
     return parts._replace(netloc=f"{quote(user)}@{where}").geturl()
-
-
-def _is_network(host: str) -> bool:
-    return bool(host) and not host.startswith(("/", "@")) and not is_loopback(host)
 
 
 def _wrong(text: str, why: str) -> InputError:

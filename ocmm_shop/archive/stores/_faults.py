@@ -33,15 +33,6 @@ def newer(place: str, found: int, known: int) -> StorageError:
     )
 
 
-def not_set_up(place: str) -> StorageError:
-    """Return the error for a database without an archive."""
-    return StorageError(
-        "archive.not_set_up",
-        f"{place}: there is no archive in this database.",
-        "Whoever owns the database sets it up: ocmm archive set-up.",
-    )
-
-
 def older(place: str, found: int, known: int) -> StorageError:
     """Return the error for an archive that its owner must update."""
     return StorageError(
@@ -56,35 +47,6 @@ def foreign(place: str) -> StorageError:
         "archive.foreign",
         f"{place}: this is no archive of this program.",
         "Choose the file of an archive, or a file that is not there yet.",
-    )
-
-
-def sequence_taken(outbox: str, sequence: int) -> StorageError:
-    """Return the error for a delivery number used by another job."""
-    return StorageError(
-        "archive.sequence",
-        f"Number {sequence} of outbox {outbox[:8]} was delivered before with another job: two "
-        "computers share this outbox, e.g. by a copied disk.",
-        "On the copied computer: ocmm archive new-outbox. What waits there is kept.",
-    )
-
-
-def name_taken(station: str, host: str, since: str) -> StorageError:
-    """Return the error for a station name used by another computer."""
-    return StorageError(
-        "archive.station",
-        f"The archive knows another computer as station '{station}' ({host or 'no name'}, since "
-        f"{since[:10]}). Jobs of both would be taken for one another's.",
-        "Give this station a name of its own: ocmm settings set archive.station NAME. If this "
-        "computer replaces that one, quality lets it: ocmm archive replace-computer.",
-    )
-
-
-def damaged_file(sha256: str) -> StorageError:
-    return StorageError(
-        "archive.altered",
-        f"Job file {sha256[:12]} in the archive is not as it was stored.",
-        "Restore it from a backup, or send it again from its station.",
     )
 
 
@@ -150,11 +112,6 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
     )
 
 
-def silent_server(place: str) -> OcmmError:
-    """Return the error for a server that keeps the connection without an answer."""
-    return _slow(place, "it took the connection and does not come to an end")
-
-
 def endless_answer(place: str, limit: int) -> OcmmError:
     """Return the error for an endless or too large answer."""
     return StorageError(
@@ -206,7 +163,7 @@ def _full(place: str, said: str = "") -> StorageError:
     )
 
 
-def _slow(place: str, said: str) -> StorageError:
+def slow(place: str, said: str) -> StorageError:
     return StorageError(
         "archive.slow",
         f"{place}: the server does not answer in time ({said}).",
@@ -272,10 +229,10 @@ _NO_PROTOCOL = (
 
 _BY_STATE = (
     ("53100", _full),
-    ("53", _slow),
-    ("57014", _slow),
-    ("55P03", _slow),
-    ("40", _slow),
+    ("53", slow),
+    ("57014", slow),
+    ("55P03", slow),
+    ("40", slow),
     ("42501", _rights),
     ("28", _login),
     ("3D000", _no_database),

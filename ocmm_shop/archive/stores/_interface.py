@@ -1,21 +1,10 @@
-"""Interface of an archive for the program: rows are only ever added.
-
-A resumed job is a new version, a finding a mark: stations need no right to change. Keys of stations
-are registered by proof of possession, regardless of rows.
-"""
+"""Values in and out of an archive: cells, tables, receipts and documents."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from enum import Enum
-from pathlib import Path
 from types import UnionType
-from typing import Protocol
-
-from ocmm_core.seals import KeptKeys, SealWord, Signature, Signed, judge_signature
-from ocmm_shop.archive.records import Delivery, JobRecord, MarkRow, Sender, station_claim
 
 Cell = str | float | int | bytes | None
 Row = tuple[Cell, ...]
@@ -71,77 +60,3 @@ class ArchivedDocument:
     utc: str
     received_utc: str
     """`utc`, `received_utc`: By the clocks of the author and of the archive."""
-
-
-class Archive(Protocol):
-    """Archive; one thread at a time; StorageError: unreachable; InputError: refused input."""
-
-    place: str
-
-    def put(self, delivery: Delivery) -> Receipt:
-        """Store a job, once for any number of deliveries."""
-
-    def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
-        """Store many, all or none."""
-
-    def heads(self, job_uuid: str, station: str) -> dict[int, str]:
-        """Return the head of each sound version of a job sent by a station, by its steps."""
-
-    def last_sequence(self, outbox: str) -> int:
-        """Return the highest number of an outbox that arrived from this login; 0 for none."""
-
-    def arrived(self, outbox: str, sequences: Sequence[int]) -> set[int]:
-        """Return which of these numbers of an outbox arrived from this login."""
-
-    def content(self, sha256: str) -> bytes:
-        """Return a stored job file; StorageError if missing."""
-
-    def record(self, job: int) -> JobRecord:
-        """Return the rows of a job by its number."""
-
-    def query(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
-        """Return the answer to read-only SQL, values ``:name``; cells are checked against kinds."""
-
-    def now(self) -> datetime:
-        """Return the time by the clock of the archive."""
-
-    def add_finding(
-        self, kind: str, subject: str, document: str, who: str, utc: str,
-        marks: Sequence[MarkRow] = (),
-    ) -> int:  # fmt: skip
-        """Store a document with its marks in one transaction; return its number."""
-
-    def findings(self, after: int = 0) -> list[ArchivedDocument]:
-        """Return documents with a higher number, oldest first."""
-
-    def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
-        """Return marks with a higher number, oldest first, each with its number."""
-
-    def malformed(self) -> list[str]:
-        """Return the values in all tables that their columns cannot have, as sentences."""
-
-    def admit(self, login: str, station: str) -> None:
-        """Authorise a login of the server to send as a station."""
-
-    def replace_computer(self, station: str, sender: Sender) -> None:
-        """Replace the computer of a station."""
-
-    def close(self) -> None:
-        """Close; may be called twice."""
-
-
-def verifies(what: Signed, content: bytes, key: str, signature: str) -> bool:
-    """Return whether a key signed this, trusted or not."""
-    nobody = KeptKeys(Path("/nonexistent"))
-    state = judge_signature(nobody, what, content, Signature(key, signature))
-    return state.word is SealWord.UNKNOWN_KEY
-
-
-def stations_by_key(archive: Archive) -> dict[str, set[str]]:
-    """Return the stations that proved possession of a key, by key."""
-    found: dict[str, set[str]] = {}
-    rows = archive.query("SELECT station, key, proof FROM archive_station_key").rows
-    for station, key, proof in rows:
-        if verifies(Signed.STATION, station_claim(str(station)), str(key), str(proof)):
-            found.setdefault(str(key), set()).add(str(station))
-    return found

@@ -31,7 +31,7 @@ from ocmm_shop.archive.stores._address import PostgresAddress
 from ocmm_shop.archive.stores._interface import Cell, Table
 from ocmm_shop.archive.stores._reader import time_of, whole_of
 from ocmm_shop.archive.stores._schema import POSTGRESQL, VERSION, statements
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 
 if TYPE_CHECKING:
     import psycopg
@@ -128,7 +128,7 @@ def require_psycopg() -> None:
         )
 
 
-class PostgresArchive(SqlArchive):
+class PostgresArchive(Archive):
     """An archive on a server.
 
     `set_up`: create or update the tables, as owner. `read_only`: nothing can be added. InputError
@@ -200,7 +200,11 @@ class PostgresArchive(SqlArchive):
             return
         version = self._version()
         if version == 0:
-            raise faults.not_set_up(self.place)
+            raise StorageError(
+                "archive.not_set_up",
+                f"{self.place}: there is no archive in this database.",
+                "Whoever owns the database sets it up: ocmm archive set-up.",
+            )
         if version > VERSION:
             raise faults.newer(self.place, version, VERSION)
         if version < VERSION:
@@ -339,7 +343,7 @@ class PostgresArchive(SqlArchive):
     def _fault(self, error: Exception) -> OcmmError:
         gave_up = None if self._patience is None else self._patience.gave_up
         if gave_up is GaveUp.SILENT:
-            return faults.silent_server(self.place)
+            return faults.slow(self.place, "it took the connection and does not come to an end")
         if gave_up is GaveUp.FLOODED or isinstance(error, MemoryError):
             return faults.endless_answer(self.place, _ANSWER_BYTES)
         return faults.postgresql_fault(self.place, error)

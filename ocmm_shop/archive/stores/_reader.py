@@ -15,7 +15,7 @@ import msgspec
 
 from ocmm_core.errors import StorageError
 from ocmm_shop.archive import records
-from ocmm_shop.archive.stores._faults import damaged_file, not_understood
+from ocmm_shop.archive.stores._faults import not_understood
 from ocmm_shop.archive.stores._interface import ArchivedDocument, Cell, Kind, Row, Table
 from ocmm_shop.archive.stores._schema import column_kinds
 
@@ -130,12 +130,12 @@ class SqlReader(ABC):
         """Return the time by the clock of the store."""
 
     def now(self) -> datetime:
-        """Return the time by the clock of the archive: see `Archive`."""
+        """Return the time by the clock of the archive."""
         with self._reading():
             return self._now()
 
     def heads(self, job_uuid: str, station: str) -> dict[int, str]:
-        """Return the head of each version of a job: see `Archive`."""
+        """Return the head of each sound version of a job sent by a station, by its steps."""
         table = self.query(
             "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND station = :station"
             " AND sound = 1 ORDER BY id DESC",
@@ -144,7 +144,7 @@ class SqlReader(ABC):
         return {whole_of(steps): str(head) for steps, head in table.sound}
 
     def last_sequence(self, outbox: str) -> int:
-        """Return the highest number of an outbox that arrived: see `Archive`."""
+        """Return the highest number of an outbox that arrived from this login; 0 for none."""
         with self._reading():
             (last,) = self._one(
                 "SELECT coalesce(max(CAST(sequence AS bigint)), 0) FROM delivery"  # noqa: S608
@@ -154,7 +154,7 @@ class SqlReader(ABC):
         return whole_of(last)
 
     def arrived(self, outbox: str, sequences: Sequence[int]) -> set[int]:
-        """Return which numbers of an outbox arrived: see `Archive`."""
+        """Return which of these numbers of an outbox arrived from this login."""
         if not sequences:
             return set()
         table = self.query(
@@ -176,11 +176,15 @@ class SqlReader(ABC):
             )
         content = rows[0][0]
         if not isinstance(content, bytes) or hashlib.sha256(content).hexdigest() != sha256:
-            raise damaged_file(sha256)
+            raise StorageError(
+                "archive.altered",
+                f"Job file {sha256[:12]} in the archive is not as it was stored.",
+                "Restore it from a backup, or send it again from its station.",
+            )
         return content
 
     def record(self, job: int) -> records.JobRecord:
-        """Return the rows of a job by its number: see `Archive`."""
+        """Return the rows of a job by its number."""
         jobs = self.query(OF_JOB, {"id": job})
         if not jobs.rows:
             raise StorageError(
@@ -233,7 +237,7 @@ class SqlReader(ABC):
         return rows[0]
 
     def findings(self, after: int = 0) -> list[ArchivedDocument]:
-        """Return documents with a higher number: see `Archive`."""
+        """Return documents with a higher number, oldest first."""
         table = self.query(
             "SELECT id, kind, subject, document, who, utc, received_utc FROM finding"
             " WHERE id > :after ORDER BY id",
@@ -245,7 +249,7 @@ class SqlReader(ABC):
         ]
 
     def marks(self, after: int = 0) -> list[tuple[int, records.MarkRow]]:
-        """Return marks with a higher number: see `Archive`."""
+        """Return marks with a higher number, oldest first, each with its number."""
         table = self.query(
             "SELECT id, job_uuid, kind, holds, why, who, utc, finding FROM mark WHERE id > :after"
             " ORDER BY id",

@@ -16,7 +16,7 @@ from __future__ import annotations
 from ocmm_shop.archive.records import JobRow, MarkRow, ResultRow
 from ocmm_shop.archive.stores._interface import HEADS
 from ocmm_shop.archive.stores._schema import VIEW_NAMES
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 
 ROLES = ("ocmm_station", "ocmm_reader", "ocmm_quality")
 
@@ -132,6 +132,6 @@ def roles_sql() -> str:
     )
 
 
-def give_roles(archive: SqlArchive) -> None:
+def give_roles(archive: Archive) -> None:
     """Create the three roles on the server of an archive; by its owner. A file has none."""
     archive.give_roles(role_statements())

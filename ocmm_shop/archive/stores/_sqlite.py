@@ -33,7 +33,7 @@ from ocmm_shop.archive.stores._schema import (
     made_in_memory,
     statements,
 )
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 
 _WAIT_S = 5.0
 _VIEWS = "SELECT type, name, sql FROM sqlite_master WHERE type IN ('view', 'trigger')"
@@ -46,7 +46,7 @@ def _own_views() -> frozenset[tuple[str, str, str]]:
         return frozenset(made.execute(_VIEWS))
 
 
-class SqliteArchive(SqlArchive):
+class SqliteArchive(Archive):
     """An archive in a file.
 
     `path`: created if missing, and updated. `read_only`: nothing can be added. StorageError: no
@@ -244,7 +244,7 @@ def open_archive(
     password: Path | None = None,
     set_up: bool = False,
     read_only: bool = False,
-) -> SqlArchive:
+) -> Archive:
     """Return an open archive, a context manager.
 
     `address`: ``postgresql://USER@SERVER/DATABASE``, a file, or empty for that of this user.

@@ -1,4 +1,8 @@
-"""Write methods common to both stores."""
+"""Write methods common to both stores: rows are only ever added.
+
+A resumed job is a new version, a finding a mark: stations need no right to change. Keys of stations
+are registered by proof of possession, regardless of rows.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +13,11 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 from typing import cast
 
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.seals import KeptKeys, SealWord, Signature, Signed, judge_signature
 from ocmm_shop.archive import records
 from ocmm_shop.archive.stores import _faults as faults
 from ocmm_shop.archive.stores import _reader as reader
@@ -27,8 +33,11 @@ class _Rows:
     uses: list[dict[str, Cell]] = field(default_factory=list)
 
 
-class SqlArchive(reader.SqlReader):
-    """An archive in SQL; stores implement the access."""
+class Archive(reader.SqlReader):
+    """Archive; stores implement the access to one thread at a time.
+
+    StorageError: unreachable; InputError: refused input.
+    """
 
     @abstractmethod
     def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
@@ -43,7 +52,7 @@ class SqlArchive(reader.SqlReader):
         """Run what is deferred to the end of the transaction."""
 
     def put(self, delivery: records.Delivery) -> Receipt:
-        """Store a job, once for any number of deliveries: see `Archive`."""
+        """Store a job, once for any number of deliveries."""
         return self.put_all([delivery])[0]
 
     def put_all(self, deliveries: Sequence[records.Delivery]) -> list[Receipt]:
@@ -109,7 +118,13 @@ class SqlArchive(reader.SqlReader):
         found = self._table(self._run(of_delivery, number), (int, str)).rows
         if found:
             if found[0][1] != job.sha256:
-                raise faults.sequence_taken(sender.outbox, delivery.sequence)
+                raise StorageError(
+                    "archive.sequence",
+                    f"Number {delivery.sequence} of outbox {sender.outbox[:8]} was delivered "
+                    "before with another job: two computers share this outbox, e.g. by a copied "
+                    "disk.",
+                    "On the copied computer: ocmm archive new-outbox. What waits there is kept.",
+                )
             return Receipt(Acknowledgement.KNOWN, reader.whole_of(found[0][0]), off)
         self._admit(sender)
         # A file that was altered without its head is a separate version: it must be visible.
@@ -142,10 +157,15 @@ class SqlArchive(reader.SqlReader):
             found = self._run(claim, name).rows
         if len(found) != 1 or len(found[0]) != 3:
             raise faults.not_understood(self.place, f"station '{sender.station}' is not there")
-        machine, host, since = found[0]
-        if machine not in ("", sender.machine):
-            raise faults.name_taken(
-                sender.station, records.shown_text(str(host)), records.shown_text(str(since))
+        host, since = (records.shown_text(str(cell)) for cell in found[0][1:])
+        if found[0][0] not in ("", sender.machine):
+            raise StorageError(
+                "archive.station",
+                f"The archive knows another computer as station '{sender.station}' "
+                f"({host or 'no name'}, since {since[:10]}). Jobs of both would be taken for one "
+                "another's.",
+                "Give this station a name of its own: ocmm settings set archive.station NAME. If "
+                "this computer replaces that one, quality lets it: ocmm archive replace-computer.",
             )
         self._run(
             reader.ADD_SENDER,
@@ -190,7 +210,7 @@ class SqlArchive(reader.SqlReader):
         self, kind: str, subject: str, document: str, who: str, utc: str,
         marks: Sequence[records.MarkRow] = (),
     ) -> int:  # fmt: skip
-        """Store a document with its marks: see `Archive`."""
+        """Store a document with its marks in one transaction; return its number."""
         for mark in marks:
             records.check_mark(mark)
         with self._transaction():
@@ -223,12 +243,12 @@ class SqlArchive(reader.SqlReader):
                 )
 
     def admit(self, login: str, station: str) -> None:
-        """Authorise a login of the server to send as a station: see `Archive`."""
+        """Authorise a login of the server to send as a station."""
         with self._transaction():
             self._run(reader.ADD_STATION_LOGIN, {"login": login, "station": station})
 
     def replace_computer(self, station: str, sender: records.Sender) -> None:
-        """Replace the computer of a station: see `Archive`."""
+        """Replace the computer of a station."""
         with self._transaction():
             self._run(
                 "UPDATE station SET machine = :machine, host = :host WHERE name = :name",
@@ -238,3 +258,20 @@ class SqlArchive(reader.SqlReader):
     @abstractmethod
     def give_roles(self, statements: Sequence[str]) -> None:
         """Execute the statements that create roles; a store without users has none."""
+
+
+def verifies(what: Signed, content: bytes, key: str, signature: str) -> bool:
+    """Return whether a key signed this, trusted or not."""
+    nobody = KeptKeys(Path("/nonexistent"))
+    state = judge_signature(nobody, what, content, Signature(key, signature))
+    return state.word is SealWord.UNKNOWN_KEY
+
+
+def stations_by_key(archive: Archive) -> dict[str, set[str]]:
+    """Return the stations that proved possession of a key, by key."""
+    found: dict[str, set[str]] = {}
+    rows = archive.query("SELECT station, key, proof FROM archive_station_key").rows
+    for station, key, proof in rows:
+        if verifies(Signed.STATION, records.station_claim(str(station)), str(key), str(proof)):
+            found.setdefault(str(key), set()).add(str(station))
+    return found

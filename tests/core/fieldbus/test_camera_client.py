@@ -49,20 +49,12 @@ class SensorPattern(TestPattern, SimpleSensor):
         self.black: NDArray[np.uint16] | None = None
         self.broken = broken
 
-    def configure(
-        self,
-        camera: int,
-        *,
-        exposure_ns: int,
-        threshold: int,
-        strobe: int,
-        windows: tuple[tuple[int, int, int, int], ...],
-    ) -> None:
-        if any(left + width > SENSOR_PX for left, _top, width, _height in windows):
+    def configure(self, camera: int, config: model.CameraConfig) -> None:
+        if any(left + width > SENSOR_PX for left, _top, width, _height in config.windows):
             raise InputError("test.window", "The window is not on the sensor.", "Move it.")
         self.settings = {
-            "exposure_ns": exposure_ns, "threshold": threshold, "strobe": strobe,
-            "windows": windows,
+            "exposure_ns": config.exposure_ns, "threshold": config.threshold,
+            "strobe": config.strobe, "windows": config.windows,
         }  # fmt: skip
 
     def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:

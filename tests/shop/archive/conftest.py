@@ -17,7 +17,7 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.measuring import Touch
 from ocmm_core.tracking import load_probe
 from ocmm_shop.archive.stores import open_archive, role_statements
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench, quick_touches
 from tests.host import HANG_S, needs_package, needs_postgresql, postgresql_tools
 from tests.shop.archive.real_jobs import RealJobs, make_real_jobs
@@ -110,11 +110,11 @@ class Place:
     server: Server | None = None
     database: str = ""
 
-    def open(self, *, read_only: bool = False) -> SqlArchive:
+    def open(self, *, read_only: bool = False) -> Archive:
         return open_archive(self.address, read_only=read_only)
 
 
-def by_hand(archive: SqlArchive, sql: str, content: bytes | None = None) -> None:
+def by_hand(archive: Archive, sql: str, content: bytes | None = None) -> None:
     """Execute SQL with the rights of a connection, outside the program."""
     values = None if content is None else {"c": content}
     if sql.startswith("PRAGMA"):

@@ -20,7 +20,7 @@ import msgspec
 
 from ocmm_shop.archive.outbox import Courier, Outbox
 from ocmm_shop.archive.records import ExtractedJob, JobRecord
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 from tests.shop.archive.made_jobs import made_record
 
 
@@ -53,7 +53,7 @@ class Campaign:
 
 
 def run(
-    folder: Path, connect: Callable[[], SqlArchive], kills: int, seed: int,
+    folder: Path, connect: Callable[[], Archive], kills: int, seed: int,
     cut: Callable[[], None] | None = None,
 ) -> Campaign:  # fmt: skip
     """Kill the child so often; each of its lives goes on with the numbers after the last one.
@@ -96,7 +96,7 @@ def run(
     return done
 
 
-def finish(folder: Path, connect: Callable[[], SqlArchive]) -> None:
+def finish(folder: Path, connect: Callable[[], Archive]) -> None:
     """Hand over the rest."""
     with contextlib.closing(Courier(outbox := Outbox(folder), connect, "S", quick_extract)) as one:
         for _ in range(20):
@@ -108,7 +108,7 @@ def finish(folder: Path, connect: Callable[[], SqlArchive]) -> None:
         outbox.close()
 
 
-def _live(folder: Path, connect: Callable[[], SqlArchive], number: int, write: int) -> None:
+def _live(folder: Path, connect: Callable[[], Archive], number: int, write: int) -> None:
     """Put in and hand over until killed; never returns."""
     try:
         outbox = Outbox(folder)
@@ -126,7 +126,7 @@ def _live(folder: Path, connect: Callable[[], SqlArchive], number: int, write: i
         os._exit(1)
 
 
-def count(archive: SqlArchive) -> tuple[set[int], int, int, int]:
+def count(archive: Archive) -> tuple[set[int], int, int, int]:
     """Return the arrived numbers, and the numbers of jobs, results and files."""
     files = archive.query("SELECT content FROM file").rows
     numbers = {int(row[0]) for row in files if isinstance(row[0], bytes)}

@@ -18,7 +18,7 @@ from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.outbox import Courier, Outbox
 from ocmm_shop.archive.questions import Query, cpk_by_month, parts, passed, today, trend, used
 from ocmm_shop.archive.records import Delivery
-from ocmm_shop.archive.stores import Acknowledgement, SqlArchive, open_archive
+from ocmm_shop.archive.stores import Acknowledgement, Archive, open_archive
 from ocmm_shop.archive.stores._reader import JOB_FIELDS, RESULT_FIELDS, USE_FIELDS
 from tests.shop.archive.conftest import Place
 from tests.shop.archive.made_jobs import made_delivery, made_sender
@@ -123,7 +123,7 @@ class Shop:
                 handed = courier.send_waiting()
             return "" if handed.error is None else str(handed.error)
 
-    def rows_of_theirs(self, archive: SqlArchive) -> list[tuple[str, dict[str, Any]]]:
+    def rows_of_theirs(self, archive: Archive) -> list[tuple[str, dict[str, Any]]]:
         """Return the rows that an honest delivery of the attacker consists of."""
         mine = "(SELECT id FROM job WHERE role = 'station2')"
         of = {
@@ -150,7 +150,7 @@ class Shop:
             }
 
 
-def answers(archive: SqlArchive) -> tuple[object, ...]:
+def answers(archive: Archive) -> tuple[object, ...]:
     """Return the most frequent answers of an archive, without remarks."""
     found: list[object] = []
     lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
@@ -170,7 +170,7 @@ def answers(archive: SqlArchive) -> tuple[object, ...]:
     return tuple(found)
 
 
-def victims(archive: SqlArchive) -> Counter[str]:
+def victims(archive: Archive) -> Counter[str]:
     """Return the lines of the attacked station in lists, and what there is of its jobs."""
     lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
     found = Counter(repr(row[1:8]) for row in lists.rows if row[1] == "Station 1")
@@ -220,7 +220,7 @@ def attack(
 
 
 def hostile(
-    station: SqlArchive,
+    station: Archive,
     shop: Shop,
     rows: list[tuple[str, dict[str, Any]]],
     where: tuple[str, str, str],

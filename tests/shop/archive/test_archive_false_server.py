@@ -16,7 +16,7 @@ import pytest
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.outbox import Courier, Handed, ItemState, Outbox, hand_over
 from ocmm_shop.archive.questions import QUESTIONS, Query
-from ocmm_shop.archive.stores import SqlArchive, parse_server
+from ocmm_shop.archive.stores import Archive, parse_server
 from ocmm_shop.archive.stores import _postgresql as postgresql
 from ocmm_shop.archive.stores._postgresql import PostgresArchive
 from tests.host import needs_package
@@ -177,7 +177,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(postgresql, "_ANSWER_BYTES", LIMIT_BYTES)
 
 
-def opened(server: FalseServer) -> SqlArchive:
+def opened(server: FalseServer) -> Archive:
     return PostgresArchive(replace(parse_server(server.address), limit_ms=LIMIT_MS))
 
 

@@ -20,7 +20,7 @@ from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.outbox import Courier, Handed, Outbox, hand_over
 from ocmm_shop.archive.questions import Query, parts, used
 from ocmm_shop.archive.records import snapshot
-from ocmm_shop.archive.stores import SqlArchive, open_archive, parse_server
+from ocmm_shop.archive.stores import Archive, open_archive, parse_server
 from ocmm_shop.archive.stores._postgresql import PostgresArchive
 from tests.shop.archive.conftest import Place, Server
 from tests.shop.archive.flaky_cable import FlakyCable
@@ -52,7 +52,7 @@ class Bench:
         self._made.append(one)
         return one
 
-    def connect(self) -> SqlArchive:
+    def connect(self) -> Archive:
         folder = self.cable_folder
         address = f"postgresql:///{self.place.database}?host={folder}&user={self.server.owner}"
         return PostgresArchive(replace(parse_server(address), limit_ms=LIMIT_MS))

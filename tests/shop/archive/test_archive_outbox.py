@@ -21,7 +21,7 @@ from ocmm_shop.archive.outbox import (
     hand_over,
 )
 from ocmm_shop.archive.stores import open_archive
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 from tests.shop.archive.conftest import Place
 from tests.shop.archive.outbox_campaign import count, finish, quick_extract, run
 from tests.shop.archive.real_jobs import RealJobs
@@ -258,7 +258,7 @@ def test_kills_and_disconnections_lose_and_double_nothing(
                 " WHERE application_name = 'ocmm' AND datname = current_database()"
             )
 
-    def connect() -> SqlArchive:
+    def connect() -> Archive:
         return open_archive(place.address)
 
     done = run(folder, connect, kills, seed=22, cut=cut)

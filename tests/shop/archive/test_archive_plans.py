@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from ocmm_shop.archive.questions import Query, parts, today, trend, used
-from ocmm_shop.archive.stores import SqlArchive
+from ocmm_shop.archive.stores import Archive
 from ocmm_shop.archive.stores._interface import Cell, Table
 from ocmm_shop.archive.stores._sqlite import SqliteArchive
 from tests.shop.archive.conftest import Place
@@ -20,7 +20,7 @@ JOBS = 40
 class Explained:
     """An archive of which every question is explained before it is answered."""
 
-    def __init__(self, archive: SqlArchive) -> None:
+    def __init__(self, archive: Archive) -> None:
         self._archive = archive
         self.place = archive.place
         self.steps: list[str] = []
@@ -28,7 +28,7 @@ class Explained:
             "EXPLAIN QUERY PLAN" if isinstance(archive, SqliteArchive) else "EXPLAIN (COSTS OFF)"
         )
 
-    def ask(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
+    def query(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
         with self._archive._transaction():  # noqa: SLF001 - as one who tunes a server
             if not isinstance(self._archive, SqliteArchive):
                 # With forty jobs reading all is quickest; with many it is not.

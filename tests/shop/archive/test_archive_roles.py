@@ -11,7 +11,7 @@ from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.records import MarkRow
 from ocmm_shop.archive.stores import HEADS, Acknowledgement, open_archive, parse_server
 from ocmm_shop.archive.stores._address import with_user
-from ocmm_shop.archive.stores._store import SqlArchive
+from ocmm_shop.archive.stores._store import Archive
 from tests.shop.archive.conftest import TABLES, Place, by_hand
 from tests.shop.archive.made_jobs import made_delivery, made_record, made_sender
 
@@ -21,7 +21,7 @@ def shop(new_database: Callable[[], Place]) -> Place:
     return new_database()
 
 
-def as_user(place: Place, user: str) -> SqlArchive:
+def as_user(place: Place, user: str) -> Archive:
     assert place.server is not None
     return open_archive(place.server.address(place.database, user))
 
@@ -135,7 +135,7 @@ def test_the_user_of_an_address_can_be_another_one() -> None:
     assert parse_server(text).options["user"] == "b c"
 
 
-def add_mark(archive: SqlArchive) -> None:
+def add_mark(archive: Archive) -> None:
     utc = datetime.now(UTC).isoformat()
     mark = MarkRow(
         job_uuid=made_record(1).job.job_uuid, kind="quality", holds=True, why="Dirty.", who="Anna",

@@ -25,7 +25,7 @@ from ocmm_shop.archive.checks import mark_altered, verify_archive
 from ocmm_shop.archive.outbox import Courier, Outbox, exchange_heads
 from ocmm_shop.archive.questions import Query, parts, passed, today, trend
 from ocmm_shop.archive.records import Delivery, snapshot
-from ocmm_shop.archive.stores import HEADS, SqlArchive, open_archive
+from ocmm_shop.archive.stores import HEADS, Archive, open_archive
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
 from tests.host import amount
 from tests.other_station import other_station
@@ -124,7 +124,7 @@ def altered(path: Path, to: Path) -> Path:
     return to
 
 
-def lists(archive: SqlArchive) -> tuple[list[tuple[object, ...]], list[tuple[object, ...]]]:
+def lists(archive: Archive) -> tuple[list[tuple[object, ...]], list[tuple[object, ...]]]:
     days = Query(first=date(1971, 1, 1), last=date(8000, 1, 1))
     name = archive.query("SELECT min(characteristic) FROM archived_result WHERE part = 'P'").rows[
         0

@@ -12,7 +12,7 @@ from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.questions import Query, today
 from ocmm_shop.archive.records import Delivery, JobRow, extract_job, snapshot
-from ocmm_shop.archive.stores import VERSION, SqlArchive, open_archive, role_statements
+from ocmm_shop.archive.stores import VERSION, Archive, open_archive, role_statements
 from ocmm_shop.archive.stores._reader import JOB_FIELDS, RESULT_FIELDS
 from ocmm_shop.archive.stores._schema import (
     APPLICATION_ID,
@@ -118,7 +118,7 @@ def old_server(server: Server, name: str, delivery: Delivery) -> str:
     return server.address(name)
 
 
-def check(archive: SqlArchive, delivery: Delivery) -> None:
+def check(archive: Archive, delivery: Delivery) -> None:
     """Raise if the job differs from the one sent before the upgrade."""
     assert archive.record(1) == delivery.record
     assert verify_archive(archive).faults == ()

@@ -34,7 +34,7 @@ from ocmm_shop.archive.questions import (
     used,
 )
 from ocmm_shop.archive.records import MarkRow
-from ocmm_shop.archive.stores import VIEW_NAMES, Acknowledgement, SqlArchive, open_archive
+from ocmm_shop.archive.stores import VIEW_NAMES, Acknowledgement, Archive, open_archive
 from ocmm_shop.archive.stores._schema import columns_of
 from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, recall_archive
 from tests.host import amount
@@ -95,7 +95,7 @@ def changed(base: Path, folder: Path, table: str, column: str, value: object) ->
     return path
 
 
-def lists(archive: SqlArchive) -> Iterator[object]:
+def lists(archive: Archive) -> Iterator[object]:
     """Yield the rows of the other station in all answers."""
     many = 10**6
     days = Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=many)
@@ -123,7 +123,7 @@ def lists(archive: SqlArchive) -> Iterator[object]:
     yield archive.arrived(made_sender("Station 2", 2).outbox, range(1, 9))
 
 
-def act(archive: SqlArchive, path: Path) -> None:
+def act(archive: Archive, path: Path) -> None:
     """Exchange, hold, recall, compare, rebuild, and store the next job of the other station."""
     exchange_heads(archive, "Station 3")
     learn_marks(archive, path.with_name("held.json"))

@@ -13,8 +13,7 @@ import pytest
 from benchmarks.cluster_processes import ROOT, ShopCluster
 from ocmm_core.cluster import run_tasks
 from ocmm_core.errors import InputError
-from ocmm_shop.cluster._open_tasks import refusal
-from ocmm_shop.cluster._sentences import other_processor
+from ocmm_shop.cluster import _worker
 from ocmm_shop.cluster._worker import Arithmetic, Refused, TaskRequest, do, this_computer
 from tests.host import HANG_S, not_run
 from tests.processor import GENERIC, emulation, why_not
@@ -72,7 +71,7 @@ def test_a_worker_of_another_kind_that_comes_later_is_refused_by_its_answer() ->
         replace(ours, arithmetic=others), drawn, [TaskRequest(some_seeds()[0], "Drawing", ())]
     )
     assert isinstance(answer, Refused)
-    error = refusal("A worker", answer.computer, replace(ours, arithmetic=others))
+    error = _worker.refusal("A worker", answer.computer, replace(ours, arithmetic=others))
     assert error.code == "cluster.processor"
 
 
@@ -90,7 +89,7 @@ def test_who_lacks_instructions_cannot_compute_as_one_that_has_them() -> None:
     }  # fmt: skip
     # A BLAS without a query function gives no hint of its settings.
     assert new.environment_of(replace(old, blas=())) is None
-    error = other_processor("W", str(old), str(new), None, None)
+    error = _worker.other_processor("W", str(old), str(new), None, None)
     assert error.remedy.startswith("Stop that worker, or leave out")
 
 

@@ -183,18 +183,18 @@ def _any_ack(camera: Any) -> None:
 
 
 def _sent_once(camera: Any) -> None:
-    before = camera.buffer.take
+    before = camera.buffer.pop
 
     def take(now_ns: int) -> tuple[int, int]:
         first, count = before(now_ns)
         camera.buffer._tail += count
         return first, count
 
-    camera.buffer.take = take
+    camera.buffer.pop = take
 
 
 def _whole_blocks(camera: Any) -> None:
-    before, last = camera.buffer.take, [0]
+    before, last = camera.buffer.pop, [0]
 
     def take(now_ns: int) -> tuple[int, int]:
         first, count = before(now_ns)
@@ -205,12 +205,12 @@ def _whole_blocks(camera: Any) -> None:
         if counter + 1 <= last[0] <= counter + 12:
             camera.buffer._tail = max(camera.buffer._tail, last[0])
 
-    camera.buffer.take = take
+    camera.buffer.pop = take
     camera.buffer.acknowledge = acknowledge
 
 
 def _small_buffer(camera: Any) -> None:
-    before = camera.buffer.take
+    before = camera.buffer.pop
 
     def take(now_ns: int) -> tuple[int, int]:
         first, count = before(now_ns)
@@ -222,4 +222,4 @@ def _small_buffer(camera: Any) -> None:
             first, count = before(now_ns)
         return first, count
 
-    camera.buffer.take = take
+    camera.buffer.pop = take

@@ -55,8 +55,8 @@ add(
 
 
 def _any_name(camera: Any) -> None:
-    before = camera.foe._begin
-    camera.foe._begin = lambda _name: before(b"firmware")
+    before = camera.foe._start
+    camera.foe._start = lambda _name: before(b"firmware")
 
 
 def _any_order(camera: Any) -> None:
@@ -93,14 +93,14 @@ def _unsigned(camera: Any) -> None:
 
 
 def _once(camera: Any) -> None:
-    before = camera.foe._begin
+    before = camera.foe._start
 
     def begin(name: bytes) -> Any:
         if camera.foe._expected > 1:
             return camera.foe._error(0x8004, "busy")
         return before(name)
 
-    camera.foe._begin = begin
+    camera.foe._start = begin
 
 
 def _confirmed_at_once(camera: Any) -> None:
