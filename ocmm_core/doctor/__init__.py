@@ -4,10 +4,10 @@ In: the files and tools of a computer below a root folder. Out: a status line pe
 that would repair faults without risk; the command applies them.
 
 Start with `_result` (check results and changes), `_computer` (system queries) and `_registry` (one
-entry per check), then the checks: `_kernel_checks` (also rights), `_adapter_checks` (by
-ethtool), `_disk_checks` (also records), `_desk_checks`. `_wake` measures wake-ups and judges
-cycles on a cable, which the command measures. It must not import stations or screens: results are
-plain data.
+entry per check), then the checks: `_kernel_checks` (also rights), `_adapter_checks` (by ethtool),
+`_disk_checks` (also records); those of the desk are in `_registry`. `_wake` measures wake-ups and
+judges cycles on a cable, which the command measures. It must not import stations or screens:
+results are plain data.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
