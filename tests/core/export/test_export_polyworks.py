@@ -330,8 +330,8 @@ def test_slots_and_cones_carry_width_and_angle(tmp_path: Path) -> None:
         ("10.0000", "30.0000", ""),
         ("10.0000", "30.0000", ""),
     ]
-    (cell_text,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
-    assert (cell_text["Measured"], cell_text["Unit"]) == ("30.0100", "deg")
+    (result,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
+    assert (result["Measured"], result["Unit"]) == ("30.0100", "deg")
 
 
 def test_the_european_profile_has_semicolons_commas_and_the_verdict(tmp_path: Path) -> None:
@@ -359,7 +359,7 @@ def test_inches_are_inches_everywhere_and_degrees_stay(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "sentence"),
     [
         ('decimal = "."', 'decimal = ","', "so is the decimal sign"),
         ('delimiter = ","', 'delimiter = " "', "delimiter"),
@@ -370,12 +370,12 @@ def test_inches_are_inches_everywhere_and_degrees_stay(tmp_path: Path) -> None:
     ],
 )
 def test_a_profile_that_no_program_could_read_is_refused(
-    tmp_path: Path, old: str, new: str, cell_text: str
+    tmp_path: Path, old: str, new: str, sentence: str
 ) -> None:
     text = resource("profiles", "polyworks.toml").read_text("utf-8")
     assert old in text
     (tmp_path / "bad.toml").write_text(text.replace(old, new), "utf-8")
-    with pytest.raises(InputError, match=cell_text):
+    with pytest.raises(InputError, match=sentence):
         load_profile(tmp_path / "bad.toml")
 
 
