@@ -330,8 +330,8 @@ def test_slots_and_cones_carry_width_and_angle(tmp_path: Path) -> None:
         ("10.0000", "30.0000", ""),
         ("10.0000", "30.0000", ""),
     ]
-    (result,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
-    assert (result["Measured"], result["Unit"]) == ("30.0100", "deg")
+    (angle,) = csv.DictReader(io.StringIO(paths["report.csv"].read_text("ascii")))
+    assert (angle["Measured"], angle["Unit"]) == ("30.0100", "deg")
 
 
 def test_the_european_profile_has_semicolons_commas_and_the_verdict(tmp_path: Path) -> None:
