@@ -17,13 +17,12 @@ import numpy as np
 from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.verification._limits import Limits
+from ocmm_core.calibration.verification._line_causes import SCALE, TIP, TrackerLines, culprits
 from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
-from ocmm_core.calibration.verification._tracker_lines import SCALE, TrackerLines
 from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS, doubts_by_name
-from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 
 def judge_artefacts(
@@ -71,89 +70,6 @@ def _is_same(one: records.ArtefactUse, other: records.ArtefactUse) -> bool:
     if records.same_serial(one.serial, other.serial):
         return True
     return bool(one.certificate_sha256) and one.certificate_sha256 == other.certificate_sha256
-
-
-TIP = "verification.tip"
-_SIGMAS = 5.0
-"""Significance from which a cause is named."""
-
-_TIP_MM = 0.030
-"""A smaller tip displacement does not explain a length error of 60 um."""
-
-_SHARE = 0.5
-"""Fraction of the misfit that a cause must explain."""
-
-
-def culprits(state: VerificationState) -> list[records.Finding]:
-    """Return the single causes that explain the length errors."""
-    rows, values, n_own = _system(state)
-    own = rows[:, :n_own]
-    alone = _misfit(own, values)
-    found = []
-    tip = rows[:, n_own : n_own + 3]
-    step, sigma, left = _best(own, tip, values)
-    size = float(np.linalg.norm(step))
-    if size > max(_TIP_MM, _SIGMAS * sigma) and left < (1.0 - _SHARE) * alone:
-        found.append(
-            records.Finding(
-                TIP,
-                f"The lengths fit if the ball is {1e3 * size:.0f} um from its recorded position "
-                "in the probe: another or a bent stylus.",
-                "Check the tip, or confirm which one is mounted; then verify again.",
-                refuses=True,
-            )
-        )
-    scale, sigma, left = _best(own, rows[:, n_own + 3 :], values)
-    if abs(scale[0]) > _SIGMAS * sigma and left < (1.0 - _SHARE) * alone and not found:
-        found.append(
-            records.Finding(
-                SCALE,
-                f"All lengths are wrong by the same {1e6 * scale[0]:+.0f} um/m.",
-                "Check that bar, length and temperature match the bar document. If they do, the "
-                "scale of the calibration is wrong: calibrate again.",
-                refuses=True,
-            )
-        )
-    return found
-
-
-def _system(state: VerificationState) -> tuple[Float, Float, int]:
-    """Return rows and values in sigmas; columns of each line, then of the tip, then the scale."""
-    bar, lines = state.begun.bar, len(state.plans)
-    n_own = 5 * lines
-    rows, values = [], []
-    for line in range(lines):
-        taken = state.line_taken(line)
-        tips = state.line_tips(line)
-        along = unit(tips[-1] - tips[0])
-        across = np.column_stack(perpendicular_pair(along))
-        for nest, one in enumerate(taken):
-            place = bar.artefact.at(bar.nests[nest] - bar.nests[0], state.begun.temperature)[0]
-            row = np.zeros((3, n_own + 4))
-            row[:, 5 * line : 5 * line + 3] = np.eye(3)
-            row[:, 5 * line + 3 : 5 * line + 5] = place * across
-            row[:, n_own : n_own + 3] = -one.rest.touch.rotation_world_from_probe
-            row[:, n_own + 3] = place * along
-            white = np.linalg.inv(np.linalg.cholesky(one.rest.touch.noise))
-            rows.append(white @ row)
-            values.append(white @ (one.tip - tips[0] - place * along))
-    return np.concatenate(rows), np.concatenate(values), n_own
-
-
-def _misfit(rows: Float, values: Float) -> float:
-    step = np.linalg.lstsq(rows, values)[0]
-    return float(np.sum((values - rows @ step) ** 2))
-
-
-def _best(own: Float, extra: Float, values: Float) -> tuple[Float, float, float]:
-    """Return the parameters of a cause, their largest sigma, and the remaining misfit."""
-    rows = np.hstack([own, extra])
-    step = np.asarray(np.linalg.lstsq(rows, values)[0], dtype=np.float64)
-    left = float(np.sum((values - rows @ step) ** 2))
-    k = extra.shape[1]
-    covariance = np.linalg.pinv(rows.T @ rows)[-k:, -k:]
-    sigma = np.sqrt(np.linalg.eigvalsh(covariance)[-1] * max(1.0, left / max(len(values), 1)))
-    return step[-k:], float(sigma), left
 
 
 _ANYWHERE_MM = 100.0

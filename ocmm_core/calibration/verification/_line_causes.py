@@ -1,7 +1,7 @@
-"""Scale and noise of a tracker by the lines of a verification.
+"""Causes of wrong lengths by the lines of a verification: tip, scale, and noise of a tracker.
 
-All lines are adjusted together: their places and directions, the scale of the markers, and the
-errors of LEDs and ball with the prior of the probe. Errors of near markers are correlated.
+All lines of a tracker are adjusted together: their places and directions, the scale of the markers,
+and the errors of LEDs and ball with the prior of the probe. Errors of near markers are correlated.
 """
 
 from __future__ import annotations
@@ -18,6 +18,16 @@ from ocmm_core.geometry import Float, perpendicular_pair, unit
 from ocmm_core.tracking import solve, tip_sensitivities, triangulate
 
 SCALE = "verification.scale"
+TIP = "verification.tip"
+_CAUSE_SIGMAS = 5.0
+"""Significance from which a cause is named."""
+
+_TIP_MM = 0.030
+"""A smaller tip displacement does not explain a length error of 60 um."""
+
+_SHARE = 0.5
+"""Fraction of the misfit that a cause must explain."""
+
 _CHANCE = 0.999
 """Of scatter by the noise alone."""
 _SIGMAS = 3.3
@@ -113,3 +123,75 @@ def _by_scale(one: Taken, state: VerificationState) -> Float:
     tip: Float = solve(scaled[None], rig, state.body, one.event.sigma_px).tip_world[0]
     moved: Float = (tip - one.tip) / _STEP
     return moved
+
+
+def culprits(state: VerificationState) -> list[records.Finding]:
+    """Return the single causes that explain the length errors."""
+    rows, values, n_own = _system(state)
+    own = rows[:, :n_own]
+    alone = _misfit(own, values)
+    found = []
+    tip = rows[:, n_own : n_own + 3]
+    step, sigma, left = _best(own, tip, values)
+    size = float(np.linalg.norm(step))
+    if size > max(_TIP_MM, _CAUSE_SIGMAS * sigma) and left < (1.0 - _SHARE) * alone:
+        found.append(
+            records.Finding(
+                TIP,
+                f"The lengths fit if the ball is {1e3 * size:.0f} um from its recorded position "
+                "in the probe: another or a bent stylus.",
+                "Check the tip, or confirm which one is mounted; then verify again.",
+                refuses=True,
+            )
+        )
+    scale, sigma, left = _best(own, rows[:, n_own + 3 :], values)
+    if abs(scale[0]) > _CAUSE_SIGMAS * sigma and left < (1.0 - _SHARE) * alone and not found:
+        found.append(
+            records.Finding(
+                SCALE,
+                f"All lengths are wrong by the same {1e6 * scale[0]:+.0f} um/m.",
+                "Check that bar, length and temperature match the bar document. If they do, the "
+                "scale of the calibration is wrong: calibrate again.",
+                refuses=True,
+            )
+        )
+    return found
+
+
+def _system(state: VerificationState) -> tuple[Float, Float, int]:
+    """Return rows and values in sigmas; columns of each line, then of the tip, then the scale."""
+    bar, lines = state.begun.bar, len(state.plans)
+    n_own = 5 * lines
+    rows, values = [], []
+    for line in range(lines):
+        taken = state.line_taken(line)
+        tips = state.line_tips(line)
+        along = unit(tips[-1] - tips[0])
+        across = np.column_stack(perpendicular_pair(along))
+        for nest, one in enumerate(taken):
+            place = bar.artefact.at(bar.nests[nest] - bar.nests[0], state.begun.temperature)[0]
+            row = np.zeros((3, n_own + 4))
+            row[:, 5 * line : 5 * line + 3] = np.eye(3)
+            row[:, 5 * line + 3 : 5 * line + 5] = place * across
+            row[:, n_own : n_own + 3] = -one.rest.touch.rotation_world_from_probe
+            row[:, n_own + 3] = place * along
+            white = np.linalg.inv(np.linalg.cholesky(one.rest.touch.noise))
+            rows.append(white @ row)
+            values.append(white @ (one.tip - tips[0] - place * along))
+    return np.concatenate(rows), np.concatenate(values), n_own
+
+
+def _misfit(rows: Float, values: Float) -> float:
+    step = np.linalg.lstsq(rows, values)[0]
+    return float(np.sum((values - rows @ step) ** 2))
+
+
+def _best(own: Float, extra: Float, values: Float) -> tuple[Float, float, float]:
+    """Return the parameters of a cause, their largest sigma, and the remaining misfit."""
+    rows = np.hstack([own, extra])
+    step = np.asarray(np.linalg.lstsq(rows, values)[0], dtype=np.float64)
+    left = float(np.sum((values - rows @ step) ** 2))
+    k = extra.shape[1]
+    covariance = np.linalg.pinv(rows.T @ rows)[-k:, -k:]
+    sigma = np.sqrt(np.linalg.eigvalsh(covariance)[-1] * max(1.0, left / max(len(values), 1)))
+    return step[-k:], float(sigma), left
