@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 correct_app = typer.Typer(
     no_args_is_help=True, help="Correct the offsets of a machine tool from finished jobs."
 )
-_Dialect = Literal["linuxcnc", "fanuc", "heidenhain", "siemens", "csv"]
+_Dialect = Literal["linuxcnc", "fanuc", "heidenhain", "siemens", "mtconnect", "csv"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from lxml import etree
+
 from ocmm_core.errors import InputError
 from ocmm_core.export.report import spreadsheet_text
 from ocmm_machine._document import ControlOffset, CorrectionDocument
@@ -19,6 +21,7 @@ from ocmm_machine._facts import CorrectionLine
 
 _CHECK = "CHECK: the control must show the old values before this is loaded"
 _PRACTICE = "PRACTICE - SIMULATED - NOT FOR A MACHINE"
+_MTCONNECT = "urn:mtconnect.org:MTConnectAssets:1.3"
 _XYZ = ("x", "y", "z")
 
 
@@ -69,6 +72,15 @@ _FORMS = {
         {"length geometry": "L", "radius geometry": "R", "length wear": "DL", "radius wear": "DR"},
         0, comment="; {}",
     ),
+    # A measured dimension of a tool, its code (ISO 13399), and how often it has the offset.
+    "mtconnect": _Form(
+        {
+            "length geometry": "FunctionalLength LF 1",
+            "radius geometry": "CuttingDiameterMax DC 2",
+            "diameter geometry": "CuttingDiameterMax DC 1",
+        },
+        0,
+    ),
 }  # fmt: skip
 _FIRST_MORE = 6
 """Work offsets of Fanuc above G59 are G54.1 P1 on."""
@@ -102,6 +114,15 @@ def correction_file(
           f"U {line.expanded.get(one.name, math.nan):.4f}" for one in moved),
     ]  # fmt: skip
     found = [(one, *_line_of(form, one, dialect)) for one in moved]
+    if dialect == "mtconnect":
+        measured = [
+            (one.number, size, code, f"{int(times) * line.after[one.name]:.{decimals}f}")
+            for one, name, _ in found
+            for size, code, times in [name.split()]
+        ]
+        plain = [_comment(_Form({}, 0, comment="{}"), one) for one in comments]
+        comments = [*([_PRACTICE] if practice else []), *plain]
+        return _assets(document.machine, line.utc, comments, measured, practice=practice)
     if dialect == "heidenhain":
         lines = _table([(one.number, name, texts[one.name]) for one, name, _ in found])
     else:
@@ -141,6 +162,42 @@ def _table(cells: Sequence[tuple[int, str, str]]) -> list[str]:
     ]
     heads = "T       " + "".join(f"{name:<12}" for name in names)
     return ["BEGIN OCMM.T MM", heads, *rows, "[END]"]
+
+
+def _assets(
+    machine: str, utc: str, comments: Sequence[str],
+    measured: Sequence[tuple[int, str, str, str]], *, practice: bool,
+) -> bytes:  # fmt: skip
+    """Return measured tools as assets (MTConnectAssets_1.3.xsd); practice leaves them empty."""
+
+    def child(parent: etree._Element, name: str, text: str = "", **stated: str) -> etree._Element:
+        found = etree.SubElement(parent, f"{{{_MTCONNECT}}}{name}", stated)
+        found.text = text or None
+        return found
+
+    tools = sorted({tool for tool, *_ in measured})
+    root = etree.Element(f"{{{_MTCONNECT}}}MTConnectAssets", nsmap={"m": _MTCONNECT})
+    count = str(len(tools))
+    child(
+        root, "Header", version="1.3", creationTime=utc, instanceId="1", sender="OCMM",
+        assetBufferSize=count, assetCount=count,
+    )  # fmt: skip
+    assets = child(root, "Assets")
+    for tool in tools:
+        name = f"T{tool}"
+        asset = child(
+            assets, "CuttingTool", assetId=f"{machine}.{name}", timestamp=utc, serialNumber=name,
+            toolId=name,
+        )  # fmt: skip
+        child(asset, "Description", "; ".join(comments))
+        cycle = child(asset, "CuttingToolLifeCycle")
+        child(child(cycle, "CutterStatus"), "Status", "MEASURED")
+        child(cycle, "ProgramToolNumber", str(tool))
+        sizes = child(cycle, "Measurements")
+        for number, size, code, text in measured:
+            if number == tool:
+                child(sizes, size, "" if practice else text, code=code, units="MILLIMETER")
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
 def _comment(form: _Form, text: str) -> str:

@@ -336,7 +336,7 @@ TABLE = {
         argument("job", ..., "Job file.", metavar="JOB"),
         argument("document", ..., "Document of corrections (TOML).", metavar="DOCUMENT"),
         argument("values", ..., "Values that the control shows.", metavar="NAME=NUMBER..."),
-        Option("dialect", ..., "Control that reads the file, or csv."),
+        Option("dialect", ..., "Control that reads the file, mtconnect or csv."),
         Option("out", ..., "New file for the control."),
         Option("who", ..., "Your name, for the register.", flags="--by"),
         Option("confirm", "", "Code of the preview that you looked at."),

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lxml import etree
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -184,6 +185,31 @@ def test_a_table_of_heidenhain_is_read_by_another_program(tmp_path: Path) -> Non
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(("counts", "diameter"), [("radius", "10.000"), ("diameter", "5.000")])
+def test_measured_tools_are_assets_of_mtconnect(counts: str, diameter: str, tmp_path: Path) -> None:
+    """Names and order of MTConnectAssets_1.3.xsd; wear has no place there."""
+    values = {"length geometry": 100.5, "radius geometry": 5.0}
+    tools = _tools(tmp_path, counts=counts)
+    for practice in (False, True):
+        content = correction_file(tools, _line(values), "mtconnect", practice=practice)
+        root = etree.fromstring(content)
+        space = {"m": "urn:mtconnect.org:MTConnectAssets:1.3"}
+        assert [etree.QName(one).localname for one in root] == ["Header", "Assets"]
+        (tool,) = root.iterfind("m:Assets/m:CuttingTool", space)
+        assert (tool.get("toolId"), tool.get("serialNumber")) == ("T3", "T3")
+        names = [
+            etree.QName(one).localname for one in tool.iterfind("m:CuttingToolLifeCycle/*", space)
+        ]
+        assert names == ["CutterStatus", "ProgramToolNumber", "Measurements"]
+        sizes = tool.iterfind("m:CuttingToolLifeCycle/m:Measurements/*", space)
+        found = {one.get("code"): (one.get("units"), one.text or "") for one in sizes}
+        texts = ("", "") if practice else ("100.500", diameter)
+        assert found == {"LF": ("MILLIMETER", texts[0]), "DC": ("MILLIMETER", texts[1])}
+        assert ("PRACTICE" in tool.findtext("m:Description", "", space)) is practice
+    with pytest.raises(InputError, match="No public form"):
+        correction_file(tools, _line({"length wear": 0.1}), "mtconnect", practice=False)
+
+
 def test_what_is_not_certain_is_refused(tmp_path: Path) -> None:
     """Rotation of Fanuc, presets of Heidenhain, wear of LinuxCNC, diameters of Siemens."""
     turned = _line({"c": 0.05})
@@ -213,6 +239,10 @@ def test_hostile_names_stay_in_comments(dialect: str, tmp_path: Path) -> None:
             (row,) = csv.DictReader(io.StringIO(content.decode("utf-8-sig"), newline=""))
             assert row["Job"].lstrip("'") == hostile
             assert row["New"] == ("" if practice else "1.000")
+            continue
+        if dialect == "mtconnect":
+            (size,) = etree.fromstring(content).iterfind(".//{*}Measurements/{*}*")
+            assert size.text == (None if practice else "1.000")
             continue
         code = _code(content)
         assert not any("L50" in one or "M30" in one for one in code[:-1])
