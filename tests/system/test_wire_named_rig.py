@@ -44,8 +44,11 @@ def refusal(action, *arguments):
     return "accepted"
 
 seen = {"none": rig_status().record is None, "down of nothing": rig_down() is None}
-subprocess.run(["ip", "link", "add", "ocmm9", "type", "veth", "peer", "ocmm8"], check=True)
-seen["taken"] = refusal(rig_up, t.SEGMENT, "ocmm9", "ocmm7")
+ip = "ip", "link"
+subprocess.run([*ip, "add", "ocmm9", "type", "veth", "peer", "ocmm8"], check=True)
+subprocess.run([*ip, "add", "ocmm0", "type", "veth", "peer", "ocmm7"], check=True)
+seen["taken"] = refusal(rig_up, t.SEGMENT)
+subprocess.run([*ip, "del", "ocmm0"], check=True)
 up = rig_up(t.SEGMENT)
 seen["up"] = [up.interface_there, up.cameras_running, list(up.record.names)]
 seen["twice"] = refusal(rig_up, t.SEGMENT)
