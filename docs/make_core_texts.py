@@ -109,7 +109,7 @@ COMPOSED = (
 TITLES = (
     # From an excluded package, but the window shows its title.
     "QIF 3.0 results", "First article (AS9102)", "Point cloud (XYZ, ASC, PLY)",
-    "Points with covariance (JSON, Parquet)",
+    "Points with U (JSON, Parquet)",
     # Kinds of sources of a plan.
     "model", "QIF document", "table", "sources",
     # Placements of a bar.

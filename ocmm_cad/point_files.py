@@ -273,7 +273,7 @@ CLOUD = report.Exporter(
 )  # fmt: skip
 COVARIANCES = report.Exporter(
     name="points",
-    title="Points with covariance (JSON, Parquet)",
+    title="Points with U (JSON, Parquet)",
     purpose="own programs: accepted points with covariance and U; Parquet with the extra `shop`",
     suffixes=("_points.json", "_points.parquet"),
     profile="unit", contents=_covariances, differences=_checked(_covariances, _are_records),

@@ -213,8 +213,10 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Below the lines, 1 to 3, parted by semicolons")),
     SettingSpec(
         "report.formats", Kind.LINES, ("polyworks",), _S, _NOW, later("Formats of E"),
-        later("polyworks; qif; dfq; xlsx; json; fai; pdf: written together, parted by semicolons"),
-        choices=("polyworks", "qif", "dfq", "xlsx", "json", "fai", "pdf")),
+        later("polyworks; qif; dfq; xlsx; json; fai; cloud; points; pdf: written together, "
+              "parted by semicolons"),
+        choices=(
+            "polyworks", "qif", "dfq", "xlsx", "json", "fai", "cloud", "points", "pdf")),
     SettingSpec(
         "report.template", Kind.FILE, None, _S, _NOW, later("Template"),
         later("Report template; empty: the plain one"), schema="ocmm.report-template/1"),

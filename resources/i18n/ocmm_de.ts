@@ -8703,6 +8703,10 @@ Startet: {source}</translation>
         <translation>Zwei Großbuchstaben, für digitale Zertifikate</translation>
     </message>
     <message>
+        <source>polyworks; qif; dfq; xlsx; json; fai; cloud; points; pdf: written together, parted by semicolons</source>
+        <translation>polyworks; qif; dfq; xlsx; json; fai; cloud; points; pdf: zusammen geschrieben, durch Semikolon getrennt</translation>
+    </message>
+    <message>
         <source>Edition of I++ DME</source>
         <translation>Ausgabe von I++ DME</translation>
     </message>
@@ -8805,10 +8809,6 @@ Startet: {source}</translation>
     <message>
         <source>Formats of E</source>
         <translation>Formate von E</translation>
-    </message>
-    <message>
-        <source>polyworks; qif; dfq; xlsx; json; fai; pdf: written together, parted by semicolons</source>
-        <translation>polyworks; qif; dfq; xlsx; json; fai; pdf: zusammen geschrieben, durch Semikolon getrennt</translation>
     </message>
     <message>
         <source>Report template; empty: the plain one</source>

@@ -22,7 +22,8 @@ _ON_A_TERMINAL = (
     "ocmm_core/acceptance",
     "ocmm_core/export/certificate/_artefact.py",
     "ocmm_core/cluster", "ocmm_shop/cluster", "ocmm_core/fieldbus/described/_esi",
-    "ocmm_shop/archive/checks/_rebuild.py",
+    "ocmm_shop/archive/checks/_rebuild.py", "ocmm_shop/archiving.py",
+    "ocmm_cad/sections.py",
     # Commands of an administrator for services and interfaces of the computer, in a shell.
     "ocmm_core/acquisition/bus_process/_client.py",
 )  # fmt: skip

@@ -235,8 +235,13 @@ def _core_words(bench: Bench) -> set[str]:
     instruments = station.instruments
     sheets = bench.window.sheets
     # A side process calculates the budget, at any time.
-    detail = sheets.results.detail
-    budget = [detail.budget.cells(row) for row in range(detail.budget.rowCount())]
+    table = sheets.results.detail.budget
+    cells = [
+        table.item(row, column)
+        for row in range(table.rowCount())
+        for column in range(table.columnCount())
+    ]
+    budget = [text for cell in cells if cell for text in (cell.text(), cell.toolTip())]
     plan_words = {
         box.itemText(index)
         for box in (*sheets.plan.findChildren(QComboBox), sheets.job.plans)

@@ -176,6 +176,11 @@ def _steady(path: Path) -> str:
     if path.name.endswith((".seal.json", ".ocmm", ".pdf")):
         # Hashes and signatures, a data base that is full of times, and glyphs; see the caller.
         return ""
+    if path.suffix == ".parquet":
+        # Only where pyarrow is installed, so that it is read in here.
+        from pyarrow.parquet import read_table
+
+        return str(read_table(path).drop_columns(["TakenUtc"]).to_pydict())
     if path.suffix == ".xlsx":
         text = _cells(path)
     else:

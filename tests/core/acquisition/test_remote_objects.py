@@ -31,7 +31,7 @@ sys.stdout.flush()
 values = {}
 cancelled = 0
 while not ended.is_set():
-    request = port.take()
+    request = port.next_request()
     if request is None:
         time.sleep(0.001)
         continue
