@@ -209,9 +209,13 @@ def test_the_work_of_a_process_is_known_and_waiting_is_none() -> None:
 
 def test_a_reader_that_has_worked_too_long_is_given_up(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
-    model = written(tmp_path / "block.stp", block())
+    from benchmarks.large_models import holed_plate
+
+    # A block is read within one tick of the clock of processes.
+    model = written(tmp_path / "holes.stp", holed_plate(15, 16))
     with pytest.raises(InputError, match=r"reading took longer than 0 s \(at "):
         read_model(model, timeout_s=0.01)
+    model = written(tmp_path / "block.stp", block())
     # The clock alone ends no process: this one waits for other work.
     assert read_model(model, timeout_s=HANG_S).features
 
