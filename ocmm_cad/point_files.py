@@ -49,6 +49,8 @@ class DensePoints:
     """(N, 3), unit, from the material to the probe; zero if unknown."""
     covariances: Float
     """(N, 3, 3), mm^2; NaN if unknown."""
+    taken_utc: tuple[str, ...]
+    """(N,): empty if unknown."""
 
     @property
     def are_centres(self) -> NDArray[np.bool_]:
@@ -60,6 +62,7 @@ class DensePoints:
         return DensePoints(
             tuple(self.features[row] for row in rows.tolist()), self.numbers[rows],
             self.places[rows], self.normals[rows], self.covariances[rows],
+            tuple(self.taken_utc[row] for row in rows.tolist()),
         )  # fmt: skip
 
     @property
@@ -88,6 +91,7 @@ def accepted_points(data: report.ReportData) -> DensePoints:
         data.frame.apply(np.array([point.surface_world for _, point in found]).reshape(-1, 3)),
         np.array([point.direction for _, point in found]).reshape(-1, 3) @ R.T,
         R @ np.array(covariances).reshape(-1, 3, 3) @ R.T,
+        tuple(data.taken_utc.get(point.number, "") for _, point in found),
     )
 
 
@@ -115,8 +119,8 @@ def head_lines(data: report.ReportData, units: report.Units) -> list[str]:
     ]
 
 
-def _table(data: report.ReportData, units: report.Units) -> report.ReportTable:
-    table, accepted = report.points_table(data, units), set(accepted_points(data).numbers.tolist())
+def _table(data: report.ReportData, points: DensePoints, units: report.Units) -> report.ReportTable:
+    table, accepted = report.points_table(data, units), set(points.numbers.tolist())
     at = table.columns.index("Number")
     return replace(table, rows=tuple(row for row in table.rows if row[at] in accepted))
 
@@ -125,12 +129,16 @@ def _preview(
     jobs: Sequence[report.ReportData], profile: report.Profile
 ) -> tuple[report.ReportTable, ...]:
     return tuple(
-        table for one in jobs for table in (report.head_table(one), _table(one, profile.units))
+        table
+        for one in jobs
+        for table in (report.head_table(one), _table(one, accepted_points(one), profile.units))
     )
 
 
-def _heads(data: report.ReportData, units: report.Units, kind: str) -> list[str]:
-    centres = np.count_nonzero(accepted_points(data).are_centres)
+def _heads(
+    data: report.ReportData, points: DensePoints, units: report.Units, kind: str
+) -> list[str]:
+    centres = np.count_nonzero(points.are_centres)
     return [
         *head_lines(data, units),
         f"ball centres: {centres} {'left out' if kind == 'xyz' else 'with the vector 0 0 0'}",
@@ -139,46 +147,42 @@ def _heads(data: report.ReportData, units: report.Units, kind: str) -> list[str]
     ]
 
 
-def _rows(data: report.ReportData, units: report.Units, kind: str) -> list[list[report.Number]]:
-    """Return the numbers of a text file: places of surface points; for ASC of all, with vectors."""
-    rows = [
-        [cell for cell in row if isinstance(cell, report.Number)]
-        for row in _table(data, units).chosen(_PLACE).rows
-    ]
-    return [row[:3] for row in rows if any(c.value for c in row[3:])] if kind == "xyz" else rows
-
-
 def _cloud(jobs: Sequence[report.ReportData], profile: report.Profile) -> dict[str, bytes]:
     (data,) = jobs
-    files = {f"{data.stem}_points.ply": _ply(data, profile.units)}
-    for kind in ("xyz", "asc"):
-        lines = [f"# {line}" for line in _heads(data, profile.units, kind)]
-        lines += [" ".join(one.text() for one in row) for row in _rows(data, profile.units, kind)]
+    points, units = accepted_points(data), profile.units
+    files = {f"{data.stem}_points.ply": _ply(data, points, units)}
+    every = [
+        [cell for cell in row if isinstance(cell, report.Number)]
+        for row in _table(data, points, units).chosen(_PLACE).rows
+    ]
+    surface = [row[:3] for row in every if any(cell.value for cell in row[3:])]
+    for kind, rows in (("xyz", surface), ("asc", every)):
+        lines = [f"# {line}" for line in _heads(data, points, units, kind)]
+        lines += [" ".join(one.text() for one in row) for row in rows]
         files[f"{data.stem}_points.{kind}"] = "\r\n".join([*lines, ""]).encode("ascii")
     return files
 
 
-def _ply(data: report.ReportData, units: report.Units) -> bytes:
-    points, factor = accepted_points(data), units.scaled(1.0)
-    names = tuple(dict.fromkeys(points.features))
+def _ply(data: report.ReportData, points: DensePoints, units: report.Units) -> bytes:
+    factor = units.scaled(1.0)
+    names = {name: index for index, name in enumerate(dict.fromkeys(points.features))}
     vertices = np.zeros(len(points.features), dtype=_VERTEX)
     vertices["place"], vertices["normal"] = points.places * factor, points.normals
     vertices["u"], vertices["number"] = points.uncertainties * factor, points.numbers
-    vertices["feature"] = [names.index(name) for name in points.features]
+    vertices["feature"] = [names[name] for name in points.features]
     lines = [
         "ply", "format binary_little_endian 1.0",
-        *(f"comment {line}" for line in _heads(data, units, "ply")[:-1]),
+        *(f"comment {line}" for line in _heads(data, points, units, "ply")[:-1]),
         "comment u: expanded uncertainty (k = 2) along the vector, nan if unknown",
-        *(f"comment feature {index}: {ascii_name(name)}" for index, name in enumerate(names)),
+        *(f"comment feature {index}: {ascii_name(name)}" for name, index in names.items()),
         f"element vertex {len(vertices)}",
         *(f"property {one}" for one in _PROPERTIES), "end_header",
     ]  # fmt: skip
     return "".join(f"{line}\n" for line in lines).encode("ascii") + vertices.tobytes()
 
 
-def _is_cloud(data: report.ReportData, units: report.Units, content: bytes) -> bool:
+def _is_cloud(points: DensePoints, units: report.Units, content: bytes) -> bool:
     """Return whether a cloud, read back, has the points of the job."""
-    points = accepted_points(data)
     wanted = np.hstack([points.places * units.scaled(1.0), points.normals])
     if content.startswith(b"ply"):
         vertices = np.frombuffer(content.partition(b"end_header\n")[2], dtype=_VERTEX)
@@ -194,25 +198,26 @@ def _is_cloud(data: report.ReportData, units: report.Units, content: bytes) -> b
 
 def _checked(
     contents: Callable[[Sequence[report.ReportData], report.Profile], dict[str, bytes]],
-    is_same: Callable[[report.ReportData, report.Units, bytes], bool],
+    is_same: Callable[[DensePoints, report.Units, bytes], bool],
 ) -> Callable[[Sequence[report.ReportData], report.Profile, Mapping[str, bytes]], list[str]]:
     """Return the check of a format: files are as written, and their reader finds the points."""
 
     def differences(
         jobs: Sequence[report.ReportData], profile: report.Profile, files: Mapping[str, bytes]
     ) -> list[str]:
+        points = accepted_points(*jobs)
         return [
             f"{name}: its points are not those of the job."
             for name, wanted in contents(jobs, profile).items()
-            if files[name] != wanted or not is_same(jobs[0], profile.units, files[name])
+            if files[name] != wanted or not is_same(points, profile.units, files[name])
         ]
 
     return differences
 
 
-def _records(data: report.ReportData, units: report.Units) -> list[dict[str, Any]]:
+def _records(points: DensePoints, units: report.Units) -> list[dict[str, Any]]:
     """Return the points with covariance; None for unknown numbers."""
-    points, factor = accepted_points(data), units.scaled(1.0)
+    factor = units.scaled(1.0)
     numbers = {
         **dict(zip("XYZ", (points.places * factor).T, strict=True)),
         **dict(zip("IJK", np.where(points.are_centres, np.nan, points.normals.T), strict=True)),
@@ -222,19 +227,19 @@ def _records(data: report.ReportData, units: report.Units) -> list[dict[str, Any
     return [
         {
             "Number": number, "Feature": name, "Kind": "ball centre" if is_centre else "surface",
-            "TakenUtc": data.taken_utc.get(number, ""),
+            "TakenUtc": taken_utc,
             **{key: None if np.isnan(one) else one for key, one in zip(numbers, row, strict=True)},
         }
-        for number, name, is_centre, row in zip(
+        for number, name, is_centre, taken_utc, row in zip(
             points.numbers.tolist(), points.features, points.are_centres.tolist(),
-            np.array(list(numbers.values())).T.tolist(), strict=True,
+            points.taken_utc, np.array(list(numbers.values())).T.tolist(), strict=True,
         )
     ]  # fmt: skip
 
 
 def _covariances(jobs: Sequence[report.ReportData], profile: report.Profile) -> dict[str, bytes]:
     (data,) = jobs
-    records = _records(data, profile.units)
+    records = _records(accepted_points(data), profile.units)
     head = dict(line.split(": ", 1) for line in head_lines(data, profile.units))
     content = msgspec.json.encode({"schema": SCHEMA, **head, "points": records})
     files = {f"{data.stem}_points.json": msgspec.json.format(content, indent=1) + b"\n"}
@@ -251,7 +256,7 @@ def _covariances(jobs: Sequence[report.ReportData], profile: report.Profile) -> 
     return files
 
 
-def _are_records(data: report.ReportData, units: report.Units, content: bytes) -> bool:
+def _are_records(points: DensePoints, units: report.Units, content: bytes) -> bool:
     """Return whether JSON or Parquet, read back, has the points of the job."""
     if content.startswith(b"{"):
         read = msgspec.json.decode(content)["points"]
@@ -260,7 +265,7 @@ def _are_records(data: report.ReportData, units: report.Units, content: bytes) -
         import pyarrow.parquet
 
         read = pyarrow.parquet.read_table(pyarrow.BufferReader(content)).to_pylist()
-    return bool(read == _records(data, units))
+    return bool(read == _records(points, units))
 
 
 CLOUD = report.Exporter(

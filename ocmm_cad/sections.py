@@ -166,7 +166,12 @@ def section_table(
     data: report.ReportData, section: SectionPlane, units: report.Units
 ) -> report.ReportTable:
     """Return the points of a section; errors as `cut`."""
-    found = cut(data, section)
+    return _table(data, section, cut(data, section), units)
+
+
+def _table(
+    data: report.ReportData, section: SectionPlane, found: SectionPoints, units: report.Units
+) -> report.ReportTable:
     points = found.points
     rows = [
         (
@@ -189,10 +194,11 @@ def section_files(
     files: dict[str, bytes] = {}
     for index, section in enumerate(sections, start=1):
         name = f"{data.stem}_section{index}"
-        table = section_table(data, section, profile.units)
+        found = cut(data, section)
+        table = _table(data, section, found, profile.units)
         content = files[f"{name}.csv"] = report.delimited(table, profile, _SHAPE)
-        drawing = files[f"{name}.dxf"] = _dxf(data, section, profile.units)
-        wanted = cut(data, section).flat[:, :2] * profile.units.scaled(1.0)
+        drawing = files[f"{name}.dxf"] = _dxf(data, section, found, profile.units)
+        wanted = found.flat[:, :2] * profile.units.scaled(1.0)
         read = _points_of(drawing)
         if (
             report.compare_delimited(name, content, table, profile, _SHAPE)
@@ -207,9 +213,11 @@ def section_files(
     return files
 
 
-def _dxf(data: report.ReportData, section: SectionPlane, units: report.Units) -> bytes:
+def _dxf(
+    data: report.ReportData, section: SectionPlane, found: SectionPoints, units: report.Units
+) -> bytes:
     """Return the drawing; R12 has no units in its header, so that they are a text."""
-    found, factor = cut(data, section), units.scaled(1.0)
+    factor = units.scaled(1.0)
     flat, known = found.flat[:, :2] * factor, np.isfinite(found.deviations)
     size = max(float(np.ptp(flat, axis=0).max()), 1e-3)
     off = np.where(known, found.deviations, 0.0)[:, None] * found.outward * factor

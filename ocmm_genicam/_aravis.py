@@ -112,12 +112,13 @@ class AravisCameras:
         self._library = _library()
         self._patience_us = patience_us
         self._found: dict[str, tuple[bytes, str]] = {}
+        """Identifier, and maker and model, by serial number."""
 
-    def _find(self) -> dict[str, tuple[bytes, str]]:
-        """Return the identifier, and maker and model, of each camera by serial number."""
+    def found(self) -> dict[str, str]:
+        """Return maker and model of each camera in the network, by serial number."""
         library = self._library
         library.arv_update_device_list()
-        found = {}
+        self._found.clear()
         for index in range(library.arv_get_n_devices()):
             serial, *names = (
                 (read(index) or b"").decode("utf-8", "replace")
@@ -126,19 +127,14 @@ class AravisCameras:
                     library.arv_get_device_model,
                 )
             )  # fmt: skip
-            found[serial] = (library.arv_get_device_id(index), " ".join(names))
-        return found
-
-    def found(self) -> dict[str, str]:
-        """Return maker and model of each camera in the network, by serial number."""
-        self._found = self._find()
+            self._found[serial] = (library.arv_get_device_id(index), " ".join(names))
         return {serial: model for serial, (_, model) in self._found.items()}
 
     def open(self, serial: str) -> AravisCamera:
         """Take control of a camera; see `Cameras`."""
         if serial not in self._found:
             # Takes a second.
-            self._found = self._find()
+            self.found()
         found = self._found
         if serial not in found:
             others = ", ".join(f"{one} ({model})" for one, (_, model) in found.items())

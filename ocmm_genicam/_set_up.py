@@ -17,7 +17,7 @@ from ocmm_core.documents import Document, files_of_folder, load_document, resour
 from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import FORMATS, Camera, PixelFormat
 
-_TRUTHS = {"false": 0.0, "true": 1.0}
+_TRUTHS = {"false": "0", "true": "1"}
 _ALIKE = 1e-6
 
 
@@ -81,10 +81,9 @@ class Expected:
 
 @cache
 def _documents() -> tuple[MakeDocument, ...]:
-    folder = resource("genicam")
     return tuple(
         load_document(path, MakeDocument, "ocmm.genicam/1")
-        for path in files_of_folder(folder, ".toml")
+        for path in files_of_folder(resource("genicam"), ".toml")
     )
 
 
@@ -159,12 +158,12 @@ def set_up(camera: Camera, expected: Expected) -> PixelFormat:
 
 
 def _set_rate(camera: Camera, rate: float) -> None:
-    enable, name = _named(camera, "rate_enable"), _named(camera, "rate")
+    # Without any, the camera names the one that it lacks.
+    enable, name = _named(camera, "rate_enable"), _named(camera, "rate") or "AcquisitionFrameRate"
     if enable:
         camera.set_text(enable, "true")
-    if name:
-        camera.set_number(name, rate)
-    real = camera.number(name) if name else float("nan")
+    camera.set_number(name, rate)
+    real = camera.number(name)
     if not abs(real - rate) <= 0.01 * rate:
         raise AcquisitionError(
             "genicam.rate",
@@ -198,14 +197,8 @@ def _apply(camera: Camera, setting: FeatureSetting) -> None:
 
 
 def _are_alike(found: str, value: str) -> bool:
-    first, second = (_number_of(one) for one in (found, value))
-    if first is None or second is None:
+    try:
+        first, second = (float(_TRUTHS.get(one.lower(), one)) for one in (found, value))
+    except ValueError:
         return found == value
     return abs(first - second) <= _ALIKE
-
-
-def _number_of(text: str) -> float | None:
-    try:
-        return _TRUTHS[text.lower()] if text.lower() in _TRUTHS else float(text)
-    except ValueError:
-        return None

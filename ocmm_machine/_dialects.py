@@ -79,7 +79,7 @@ _FORMS = {
             "radius geometry": "CuttingDiameterMax DC 2",
             "diameter geometry": "CuttingDiameterMax DC 1",
         },
-        0,
+        0, comment="{}",
     ),
 }  # fmt: skip
 _FIRST_MORE = 6
@@ -120,8 +120,7 @@ def correction_file(
             for one, name, _ in found
             for size, code, times in [name.split()]
         ]
-        plain = [_comment(_Form({}, 0, comment="{}"), one) for one in comments]
-        comments = [*([_PRACTICE] if practice else []), *plain]
+        comments = [_comment(form, one) for one in (*[_PRACTICE] * practice, *comments)]
         return _assets(document.machine, line.utc, comments, measured, practice=practice)
     if dialect == "heidenhain":
         lines = _table([(one.number, name, texts[one.name]) for one, name, _ in found])

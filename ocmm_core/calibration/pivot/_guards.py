@@ -21,8 +21,7 @@ from ocmm_core.tracking import ProbeBody
 
 _WAVES, _WAVES_OF_PLACES = 100, 400
 """Waves of a sensor pattern and of a tracker's place errors. These are most of the scatter of the
-tips: from too few waves, the covariance of 27 unknowns makes chi-square larger, by 1.4 from 100.
-"""
+tips: from too few waves, the covariance of 27 unknowns makes chi-square larger by 1.4, from 100."""
 _FRAMES = 1000
 """Frames that represent all: errors of cameras vary slowly with the attitude."""
 
@@ -67,7 +66,7 @@ def tips_by_cameras(
             seen = replace(exact, uv=exact.uv + wave)
             yield seen, _followed(rig, seen, state, slack_mm)
 
-    split = len(root) + len(noise)
+    split = root.shape[1] + len(noise)
     shifts = np.empty((len(some), 3, split + waves))
     for number, (seen, arms) in enumerate(wrong()):
         free = free_poses(rig, seen, arms)
