@@ -89,6 +89,7 @@ EXPANSION = _field("expansion", "1/K", -1e-5, 1e-4, "thermal expansion")
 EXPANSION_SIGMA = _field("expansion-sigma", "1/K", 0.0, 1e-4, "uncertainty of the expansion")
 SIZE = _field("size", "mm", 0.0, 1e5, "size")
 TEMPERATURE_SIGMA = _field("temperature-sigma", "K", 0.01, 10.0, "uncertainty of the temperature")
+PLACEMENTS = _whole("placements-tried", 0, 1_000_000, "number of placements")
 ZONE = _field("zone", "mm", 0.001, 1000.0, "width of the zone")
 
 NUMBER_FIELDS = (
@@ -115,7 +116,7 @@ NUMBER_FIELDS = (
     _whole("placements", 1, 1000, "number of placements"),
     _whole("days", 1, 3650, "number of days"),
     _whole("runs", 1, 1_000_000, "number of runs"),
-    _whole("placements-tried", 0, 1_000_000, "number of placements"),
+    PLACEMENTS,
     _whole("runs-of-a-study", 2, 1_000_000, "number of runs"),
     _whole("rows", 1, 10_000_000, "number of rows"),
     _whole("measurements", 0, 10_000_000, "number of measurements"),

@@ -18,13 +18,14 @@ if TYPE_CHECKING:
         shared_covariance, spots_of,
     )  # fmt: skip
     from ocmm_planner._sheet import (
-        RigSheet, evaluate_plan, map_from_above, read_sheet, sheet_sentences, shopping_list,
+        RigSheet, evaluate_plan, map_from_above, maps_of, read_sheet, sheet_sentences,
+        shopping_list,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "RigMap", "RigPlan", "RigSheet", "Scene", "evaluate_plan", "load_rig_plan", "map_from_above",
-    "placement_cost", "predict_map", "predict_tips", "read_sheet", "scene_of", "search_places",
-    "shared_covariance", "sheet_sentences", "shopping_list", "spots_of",
+    "maps_of", "placement_cost", "predict_map", "predict_tips", "read_sheet", "scene_of",
+    "search_places", "shared_covariance", "sheet_sentences", "shopping_list", "spots_of",
 ]  # fmt: skip

@@ -195,6 +195,13 @@ class RigPlan:
             self.identity,
         )  # fmt: skip
 
+    def describes(self, rig: Rig) -> bool:
+        """Return whether a rig has the sensors of the plan, in the same order."""
+        planned = [(kind.width_px, kind.height_px, kind.pitch) for kind in self.cameras]
+        return rig.markers is None and planned == [
+            (camera.width, camera.height, camera.pitch_mm) for camera in rig.cameras
+        ]
+
     def _camera(self, index: int, place: Float) -> CameraModel:
         planned, kind, lens = self.document.cameras[index], self.cameras[index], self.lenses[index]
         centre, ahead = place[:3], unit(place[3:] - place[:3])

@@ -235,6 +235,29 @@ def scene_of(plan: RigPlan, places: Float) -> Scene:
     return replace(scene, exposure_us=exposures)
 
 
+def calibrated_scene(plan: RigPlan, rig: Rig) -> Scene:
+    """Return a plan with the cameras of a calibrated rig, in their order, and their covariance.
+
+    InputError if the rig has other sensors than the plan.
+    """
+    if not plan.describes(rig):
+        raise InputError(
+            "rig_plan.other_rig",
+            f"{plan.path}: the sensors are not those of rig '{rig.name}', in the order of its "
+            "document.",
+            "Choose the plan of this rig.",
+        )
+    placed = [camera.T_camera_from_world.inverse() for camera in rig.cameras]
+    centres = np.stack([one.translation for one in placed])
+    ahead = np.stack([one.rotation[:, 2] for one in placed])
+    aims = np.linalg.norm(plan.places[:, 3:] - plan.places[:, :3], axis=1)
+    scene = scene_of(plan, np.hstack([centres, centres + aims[:, None] * ahead]))
+    as_found = replace(
+        scene.rig, cameras=rig.cameras, parameter_covariance=rig.parameter_covariance
+    )
+    return replace(scene, rig=as_found)
+
+
 def spots_of(scene: Scene, rotations: Float, tips_world: Float) -> PlannedSpots:
     """Return the spots of poses (n, 3, 3) and (n, 3), mm, world from probe and ball centres."""
     plan, body = scene.plan, scene.plan.probe

@@ -11,7 +11,7 @@ import numpy as np
 
 from ocmm_core.build import build_version
 from ocmm_core.calibration.probe_design import TipMap
-from ocmm_core.camera import Vector3
+from ocmm_core.camera import Rig, Vector3
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
@@ -54,6 +54,7 @@ def sheet_sentences(sheet: RigSheet) -> list[str]:
         f"Without camera '{camera.name}': {told}"
         for camera, told in zip(sheet.cameras, map(_figures, sheet.one_less), strict=True)
     ]
+    said += _comparison(sheet)
     said += _hardware(sheet)
     said.append(
         "Not included: temperature, force of the hand, form of the part, vibration, and errors of "
@@ -75,6 +76,28 @@ def _figures(found: SheetFigures) -> str:
         f"worst {found.worst_um:.1f} µm, median {found.median_um:.1f} µm, at {found.measurable} of "
         f"{found.nodes} nodes."
     )
+
+
+def _comparison(sheet: RigSheet) -> list[str]:
+    """Return how the calibrated rig differs from its plan, nothing without one."""
+    found = sheet.calibrated
+    if found is None:
+        return []
+    told = _figures(found.figures)
+    said = [f"As calibrated: {told}"]
+    if found.ratios is not None:
+        usual, worst = found.ratios
+        said.append(
+            f"U as calibrated over U of the given placement: median {usual:.2f}, at most "
+            f"{worst:.2f}."
+        )
+    return said + [
+        f"Camera '{camera.name}' is {away:.0f} mm from its planned place and looks {turned:.1f}° "
+        "away from its planned direction."
+        for camera, away, turned in zip(
+            sheet.cameras, found.away_mm, found.turned_deg, strict=True
+        )
+    ]  # fmt: skip
 
 
 def _hardware(sheet: RigSheet) -> list[str]:
@@ -159,6 +182,21 @@ class SheetFigures(msgspec.Struct, frozen=True, kw_only=True):
     why: str = ""
 
 
+class CalibratedFigures(msgspec.Struct, frozen=True, kw_only=True):
+    """The plan with the cameras as calibrated; ``u_um``: U of the tip by node of the sheet, µm.
+
+    ``ratios``: median and largest of U over that of the given placement, at nodes with both;
+    ``away_mm``, ``turned_deg``: of each camera from its given place and direction.
+    """
+
+    calibration: str
+    figures: SheetFigures
+    u_um: tuple[float | None, ...]
+    ratios: tuple[float, float] | None
+    away_mm: tuple[float, ...]
+    turned_deg: tuple[float, ...]
+
+
 class RigSheet(msgspec.Struct, frozen=True, kw_only=True):
     """Prediction of a plan; its JSON is read back by `read_sheet`.
 
@@ -189,20 +227,23 @@ class RigSheet(msgspec.Struct, frozen=True, kw_only=True):
     leds_fewest: tuple[int, ...]
     leds_mean: tuple[float, ...]
     why: tuple[str, ...]
+    calibrated: CalibratedFigures | None = None
 
 
 def evaluate_plan(
-    plan: RigPlan, *, seed: int, evaluations: int = 3000,
+    plan: RigPlan, *, seed: int, evaluations: int = 3000, calibrated: Rig | None = None,
     step: Callable[[float], None] = lambda share: None,
 ) -> RigSheet:  # fmt: skip
     """Return the prediction of a plan.
 
-    ``evaluations`` limits the search, 0 for none; ``step`` gets the finished share.
-    InputError if the calibration does not determine a camera of the given placement.
+    ``evaluations`` limits the search, 0 for none; ``calibrated``: rig to be compared with the
+    plan; ``step`` gets the finished share. InputError if the calibration does not determine a
+    camera of the given placement, or the rig is not that of the plan.
     """
     document, nodes = plan.document, plan.nodes(plan.document.nodes)
     scene = prediction.scene_of(plan, plan.places)
     given = best = predict_map(scene, nodes)
+    compared = None if calibrated is None else _calibrated(plan, calibrated, given)
     tried = 0
     if evaluations:
         places, tried = search_places(
@@ -226,7 +267,7 @@ def evaluate_plan(
         one_less=tuple(_one_less(plan, placed, i, nodes) for i in range(len(plan.cameras))),
         nodes=tuple(map(_vector, best.nodes)), u_um=_um(best.u_tip), length_um=_um(best.u_length),
         leds_fewest=tuple(best.leds.tolist()), leds_mean=tuple(best.leds_mean.round(2).tolist()),
-        why=tuple(WHY.get(stage, "") for stage in best.stage.tolist()),
+        why=tuple(WHY.get(stage, "") for stage in best.stage.tolist()), calibrated=compared,
     )  # fmt: skip
 
 
@@ -244,13 +285,46 @@ def read_sheet(path: Path) -> RigSheet:
 
 def map_from_above(sheet: RigSheet) -> TipMap:
     """Return the worst U over Z for each X and Y, µm; NaN if a node there has no number."""
-    places = np.array(sheet.nodes)
+    return _map("Worst over Z. From above", sheet, sheet.u_um, 0, 1)
+
+
+def maps_of(sheet: RigSheet) -> tuple[TipMap, ...]:
+    """Return the maps from above and from the front; of the calibrated rig too, if there is one."""
+    found = (map_from_above(sheet), _map("Worst over Y. From the front", sheet, sheet.u_um, 0, 2))
+    if sheet.calibrated is None:
+        return found
+    values = sheet.calibrated.u_um
+    return (
+        *found,
+        _map("As calibrated. From above", sheet, values, 0, 1),
+        _map("As calibrated. From the front", sheet, values, 0, 2),
+    )
+
+
+def _map(name: str, sheet: RigSheet, u_um: tuple[float | None, ...], x: int, y: int) -> TipMap:
+    """Return the worst U over the third axis for each pair of coordinates ``x`` and ``y``."""
+    places = np.array(sheet.nodes)[:, [x, y]]
     columns, rows = np.unique(places[:, 0]), np.unique(places[:, 1])
     values = np.full((len(rows), len(columns)), -np.inf)
     at = np.searchsorted(rows, places[:, 1]), np.searchsorted(columns, places[:, 0])
-    np.maximum.at(values, at, [np.nan if one is None else one for one in sheet.u_um])
+    np.maximum.at(values, at, [np.nan if one is None else one for one in u_um])
     values[np.isneginf(values)] = np.nan
-    return TipMap("Worst over Z. From above", ("X / mm", "Y / mm"), columns, rows, values)
+    return TipMap(name, (f"{'XYZ'[x]} / mm", f"{'XYZ'[y]} / mm"), columns, rows, values)
+
+
+def _calibrated(plan: RigPlan, rig: Rig, planned: RigMap) -> CalibratedFigures:
+    scene = prediction.calibrated_scene(plan, rig)
+    found, given = predict_map(scene, planned.nodes), plan.places
+    aims = (unit(places[:, 3:] - places[:, :3]) for places in (given, scene.places))
+    cosines = np.einsum("ci,ci->c", *aims)
+    ratios = found.u_tip / planned.u_tip
+    ratios = ratios[np.isfinite(ratios)]
+    return CalibratedFigures(
+        calibration=rig.identity, figures=_figures_of(found), u_um=_um(found.u_tip),
+        ratios=(float(np.median(ratios)), float(ratios.max())) if ratios.size else None,
+        away_mm=tuple(np.linalg.norm(scene.places[:, :3] - given[:, :3], axis=1).tolist()),
+        turned_deg=tuple(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))).tolist()),
+    )  # fmt: skip
 
 
 def _camera(scene: prediction.Scene, index: int) -> SheetCamera:

@@ -151,14 +151,17 @@ def account_json(account: Account, more: dict[str, Any]) -> str:
 
 
 def plan_rig(
-    *, document: Path, out: Path, search: int, seed: int, as_json: bool, pdf: bool
-) -> None:
+    *, document: Path, out: Path, search: int, seed: int, rig: Path | None,
+    calibrations: Path | None, pdf: bool, as_json: bool,
+) -> None:  # fmt: skip
     """Predict U of a planned rig over its volume, and search better places of its cameras.
 
     Writes the prediction as JSON, a map from above as SVG, and with --pdf a sheet with places,
-    angles, expected U, and what to buy. An example: resources/rig_plans/thesis.toml.
+    angles, expected U, and what to buy. An example: resources/rig_plans/thesis.toml. With --rig,
+    U of the rig as calibrated is predicted too, and compared with the plan.
     """
     from ocmm_cli.terminal import tip_map
+    from ocmm_core.calibration.records import default_folder, open_calibration
     from ocmm_core.documents import write_atomic
     from ocmm_core.measuring import map_range
     from ocmm_planner import (
@@ -170,9 +173,10 @@ def plan_rig(
     )
 
     plan = load_rig_plan(document)
+    found = None if rig is None else open_calibration(rig, calibrations or default_folder()).rig
     with progress_line() as tell:
         sheet = evaluate_plan(
-            plan, seed=seed, evaluations=search,
+            plan, seed=seed, evaluations=search, calibrated=found,
             step=lambda share: tell(tr("Predicting the rig"), share),
         )  # fmt: skip
     content = msgspec.json.encode(sheet)

@@ -7,23 +7,22 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QGridLayout
 
 from ocmm_core import measuring
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
 from ocmm_core.calibration.records import ProbeInUse, probe_from_records
 from ocmm_core.camera import Rig
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import InputError
 from ocmm_core.tracking import ProbeBody, load_probe
 from ocmm_core.typed_numbers import SPOT_NOISE, TILT, NumberField
 from ocmm_gui import kit
 from ocmm_gui.charts import BendingPlot, MapPlot
-from ocmm_gui.kit import later, said, tr
-from ocmm_gui.work import SideProcess, Tell
+from ocmm_gui.kit import later, tr
+from ocmm_gui.maintain._computed_page import ComputedPage
+from ocmm_gui.work import Tell, Work
 
 _ASK = later("Press Examine. It takes a few seconds; measuring continues meanwhile.")
-_BUSY = later("Examining. Numbers and maps below are from the previous run.")
 _FIELDS = (
     ("probe", later("Probe"), later("Probe document; empty: the probe in use"), ""),
     (
@@ -69,28 +68,13 @@ def plain_body(probe: ProbeInUse) -> ProbeBody:
     return probe_from_records(probe.design, records.calibration, records.qualification)
 
 
-class ProbeDesignPage(QWidget):
+class ProbeDesignPage(ComputedPage):
     """Uncertainty, maps, labels, mechanics and budget of a probe, computed on request."""
 
-    failed = Signal(object)
-    """Emits the `OcmmError` of a failed examination."""
-    shown = Signal()
-
     def __init__(self, rig: Rig, body: ProbeBody) -> None:
-        super().__init__()
-        self.setAccessibleName(tr("Design of the probe"))
+        super().__init__(tr("Design of the probe"), _FIELDS, _EMPTY, tr("Examine"), tr(_ASK))
         self._rig, self._body = rig, body
-        self._progress = kit.WorkBar(tr("Progress"))
-        self._process = SideProcess(
-            self, self._show_report, self._on_failed, self._progress.advance
-        )
-        self.fields = {
-            key: kit.OwnKeysField(kit.localised(proposal)) for key, _, _, proposal in _FIELDS
-        }
-        self.button = kit.dressed(kit.NarrowButton(), role="primary", high=38)
-        self.button.clicked.connect(self.toggle)
         self.number = kit.FitText(tr("Uncertainty of the tip"), limit=40, digits=True, high=48)
-        self._sentence = kit.sentence_label(tr("Meaning of the number"), 13)
         self._labels = kit.FitText(tr("Labels"), limit=17, high=24)
         self._nearest = kit.sentence_label(tr("Nearest wrong orders"), 13)
         self._mechanics = kit.sentence_label(tr("Growth and bending"), 13)
@@ -100,34 +84,16 @@ class ProbeDesignPage(QWidget):
         self.front = MapPlot(tr("From the front"))
         self.bending = BendingPlot()
         self._lay_out()
-        self._sentence.setText(tr(_ASK))
-        self._wait(False)
 
     def summary(self) -> str:
         parts = (self._sentence, self._nearest, self._mechanics)
         return "\n".join([self._labels.text(), *(part.text() for part in parts)])
 
-    def toggle(self) -> None:
-        if self._process.is_running():
-            self.cancel()
-            return
-        try:
-            request = self._request()
-        except OcmmError as error:
-            self._on_failed(error)
-            return
-        self._wait(True)
-        self._sentence.setText(tr(_BUSY))
-        self._process.start(partial(examine_request, request))
-
-    def cancel(self) -> None:
-        if self._process.is_running():
-            self._process.cancel()
-            self._sentence.setText(tr(_ASK))
-        self._wait(False)
+    def _work(self) -> Work:
+        return partial(examine_request, self._request())
 
     def _request(self) -> DesignRequest:
-        words = {key: field.text().strip() for key, field in self.fields.items()}
+        words = self._words()
         tilt = tuple(_numbers(TILT, tr("Tilts"), words["tilt"], 3))
         (sigma,) = _numbers(SPOT_NOISE, tr("Spots"), words["sigma"], 1)
         asked = measuring.Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
@@ -139,23 +105,8 @@ class ProbeDesignPage(QWidget):
             replace(asked, sigma_px=sigma),
         )
 
-    def _wait(self, waiting: bool) -> None:
-        self.button.setText(tr("Cancel") if waiting else tr("Examine"))
-        self.button.setAccessibleName(self.button.text())
-        if waiting:
-            self._progress.start(tr("Starting"))
-        else:
-            self._progress.hide()
-        for field in self.fields.values():
-            field.setEnabled(not waiting)
-
-    def _on_failed(self, error: OcmmError) -> None:
-        self._wait(False)
-        self._sentence.setText(said(f"{error.what} {error.remedy}"))
-        self.failed.emit(error)
-
-    def _show_report(self, report: measuring.ProbeReport) -> None:
-        self._wait(False)
+    def _show_report(self, report: object) -> None:
+        assert isinstance(report, measuring.ProbeReport)  # noqa: S101 - of `examine_request`
         safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
             tr("LEDs cannot be confused") if safe else tr("LEDs can be confused"),
@@ -200,23 +151,12 @@ class ProbeDesignPage(QWidget):
         for plot, found in zip((self.tilt, self.top, self.front), report.maps, strict=True):
             plot.show_map(found, limits)
         self.bending.show_mechanics(report.mechanics)
-        self.shown.emit()
 
     def _lay_out(self) -> None:
-        for key, label, tip, _ in _FIELDS:
-            field = kit.dressed(self.fields[key], tr(label), font=kit.text_font(13))
-            field.setToolTip(kit.literal(tr(tip)))
-            field.setPlaceholderText(tr(_EMPTY.get(key, "")))
-            field.returnPressed.connect(self.toggle)
-        grid = kit.form_grid(self.fields.values(), pixels=13)
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(4)
-        grid.addWidget(self.button, len(_FIELDS), 0, 1, 2)
-        grid.addWidget(self._progress, len(_FIELDS) + 1, 0, 1, 2)
         said = kit.vbox(
             self.number, self._sentence, self._labels, self._nearest, self._mechanics, 1
         )
-        left = kit.vbox(kit.panel(grid), (kit.panel(said), 1), spacing=8)
+        left = kit.vbox(kit.panel(self._form()), (kit.panel(said), 1), spacing=8)
         plots = QGridLayout()
         plots.setSpacing(8)
         for index, plot in enumerate((self.tilt, self.bending, self.top, self.front)):

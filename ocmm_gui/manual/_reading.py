@@ -59,6 +59,7 @@ PLACES = {
     "ArtefactSheet": "quality/acceptance.md#artefacts",
     "StudySheet": "quality/msa.md#in-the-window",
     "ProbeDesignPage": "technician/probe_design.md#what-enters-the-uncertainty-of-a-point",
+    "RigPlanPage": "technician/planning_a_rig.md#in-the-window",
     "FitsPage": "inspector/inspecting.md#are-the-fits-right",
     # Wizards, by their procedure.
     "DefinitionPage": "technician/wizards.md#defining-a-probe",

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
         write_reports,
     )  # fmt: skip
     from ocmm_gui.reports._recall import pdf_bytes
+    from ocmm_gui.reports._rig_sheet import rig_sheet_pdf
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "FormatText", "PagePicture", "PagePreview", "certify_records", "drawing", "pdf_bytes",
-    "preview_formats", "template_page", "write_batch", "write_pdf", "write_reports",
+    "preview_formats", "rig_sheet_pdf", "template_page", "write_batch", "write_pdf",
+    "write_reports",
 ]  # fmt: skip

@@ -58,7 +58,7 @@ def lay_out(sheet: RigSheet, language: str = ENGLISH) -> PageCanvas:
     return canvas
 
 
-def pdf_bytes(sheet: RigSheet, language: str = ENGLISH) -> bytes:
+def rig_sheet_pdf(sheet: RigSheet, language: str = ENGLISH) -> bytes:
     """Return the sheet as a PDF file with its JSON inside; StorageError as `written_pdf`."""
     canvas = lay_out(sheet, language)
     foot = "   ".join((sheet.plan, sheet.plan_identity[:16], f"OCMM {sheet.software}"))
@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     def write() -> None:
         sheet = read_sheet(options.sheet)
-        write_together({options.pdf: pdf_bytes(sheet, options.language)})
+        write_together({options.pdf: rig_sheet_pdf(sheet, options.language)})
 
     return draw(write, "The sheet of the rig", "The prediction is unchanged.")
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         Page,
         ProbeDesignPage,
         ProbePage,
+        RigPlanPage,
     )
     from ocmm_gui.wizards import PracticeRoom, Wizard
     from ocmm_gui.wizards.pages import DefinitionPage
@@ -97,6 +98,12 @@ class Maintenance(LateParts):
         return ProbeDesignPage(instruments.rig, plain_body(instruments.probe_in_use))
 
     @cached_property
+    def rig_plan(self) -> RigPlanPage:
+        from ocmm_gui.maintain import RigPlanPage
+
+        return RigPlanPage(self._bridge.station.instruments.rig)
+
+    @cached_property
     def fits(self) -> FitsPage:
         from ocmm_gui.maintain import FitsPage
 
@@ -117,9 +124,13 @@ class Maintenance(LateParts):
         # A tracker has neither a bus nor cameras to write into.
         bus: tuple[Page, ...] = ()
         of_cameras: tuple[str, ...] = ()
+        planned: tuple[Page, ...] = ()
         if rig.markers is None:
             wire = tr("The cameras on their wire")
             bus, of_cameras = (Page(tr("Bus"), wire, self.bus, ("bus_text",)),), ("write_cameras",)
+            planned = (
+                Page(tr("Rig plan"), tr("U of a planned rig, and as calibrated"), self.rig_plan),
+            )
         pages = (
             *bus,
             Page(
@@ -134,6 +145,7 @@ class Maintenance(LateParts):
             Page(
                 tr("Probe design"), tr("Uncertainty of the tip and its causes"), self.probe_design,
             ),
+            *planned,
             Page(tr("Fits"), tr("Check of the fits against certified pairs"), self.fits),
         )  # fmt: skip
         view = MaintainView(pages, self._actions)

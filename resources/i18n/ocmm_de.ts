@@ -2999,8 +2999,112 @@ Startet: {source}</translation>
         <translation>{minutes:.1f} Minuten, {good:.3f} % der Zyklen gut, keine Bilder verloren.</translation>
     </message>
     <message>
+        <source>Press Predict. A search takes minutes; measuring continues meanwhile.</source>
+        <translation>Vorhersagen drücken. Eine Suche dauert Minuten; das Messen geht weiter.</translation>
+    </message>
+    <message>
+        <source>The cameras of this machine are not those of the plan, and are not compared.</source>
+        <translation>Die Kameras dieser Maschine sind nicht die des Plans und werden nicht verglichen.</translation>
+    </message>
+    <message>
+        <source>Rig plan; empty: the rig of the thesis</source>
+        <translation>Rig-Plan; leer: das Rig der Dissertation</translation>
+    </message>
+    <message>
+        <source>Placements</source>
+        <translation>Aufstellungen</translation>
+    </message>
+    <message>
+        <source>Placements tried by the search; 0: no search</source>
+        <translation>Aufstellungen, die die Suche prüft; 0: keine Suche</translation>
+    </message>
+    <message>
+        <source>Write to</source>
+        <translation>Schreiben nach</translation>
+    </message>
+    <message>
+        <source>Folder for the sheet (PDF) and its data (JSON); empty: not written</source>
+        <translation>Ordner für das Blatt (PDF) und seine Daten (JSON); leer: nicht geschrieben</translation>
+    </message>
+    <message>
+        <source>the rig of the thesis</source>
+        <translation>das Rig der Dissertation</translation>
+    </message>
+    <message>
+        <source>not written</source>
+        <translation>nicht geschrieben</translation>
+    </message>
+    <message>
         <source>Camera</source>
         <translation>Kamera</translation>
+    </message>
+    <message>
+        <source>name in the plan</source>
+        <translation>Name im Plan</translation>
+    </message>
+    <message>
+        <source>of the projection centre, mm</source>
+        <translation>des Projektionszentrums, mm</translation>
+    </message>
+    <message>
+        <source>Azimuth °</source>
+        <translation>Azimut °</translation>
+    </message>
+    <message>
+        <source>of the view, from +Y towards +X</source>
+        <translation>der Blickrichtung, von +Y nach +X</translation>
+    </message>
+    <message>
+        <source>Elevation °</source>
+        <translation>Höhe °</translation>
+    </message>
+    <message>
+        <source>of the view, upwards</source>
+        <translation>der Blickrichtung, nach oben</translation>
+    </message>
+    <message>
+        <source>Roll °</source>
+        <translation>Rollen °</translation>
+    </message>
+    <message>
+        <source>about the optical axis</source>
+        <translation>um die optische Achse</translation>
+    </message>
+    <message>
+        <source>Planned rig</source>
+        <translation>Geplantes Rig</translation>
+    </message>
+    <message>
+        <source>Predict</source>
+        <translation>Vorhersagen</translation>
+    </message>
+    <message>
+        <source>Worst U of the tip</source>
+        <translation>Größtes U der Tastspitze</translation>
+    </message>
+    <message>
+        <source>Places of the cameras</source>
+        <translation>Orte der Kameras</translation>
+    </message>
+    <message>
+        <source>Calibrated: above</source>
+        <translation>Kalibriert: oben</translation>
+    </message>
+    <message>
+        <source>Calibrated: front</source>
+        <translation>Kalibriert: vorn</translation>
+    </message>
+    <message>
+        <source>To buy: {articles}</source>
+        <translation>Zu kaufen: {articles}</translation>
+    </message>
+    <message>
+        <source>Written: {files}</source>
+        <translation>Geschrieben: {files}</translation>
+    </message>
+    <message>
+        <source>U {worst:.1f} µm, median {median:.1f}</source>
+        <translation>U {worst:.1f} µm, Median {median:.1f}</translation>
     </message>
     <message>
         <source>Name in the rig document</source>
@@ -3626,10 +3730,6 @@ Startet: {source}</translation>
         <translation>„Untersuchen“ drücken. Es dauert einige Sekunden; das Messen geht weiter.</translation>
     </message>
     <message>
-        <source>Examining. Numbers and maps below are from the previous run.</source>
-        <translation>Wird untersucht. Zahlen und Karten unten sind vom vorigen Mal.</translation>
-    </message>
-    <message>
         <source>Probe</source>
         <translation>Taster</translation>
     </message>
@@ -3696,6 +3796,10 @@ Startet: {source}</translation>
     <message>
         <source>Uncertainty of the tip</source>
         <translation>Messunsicherheit der Tastspitze</translation>
+    </message>
+    <message>
+        <source>Computing. Numbers and maps below are from the previous run.</source>
+        <translation>Rechnet. Zahlen und Karten unten sind vom vorigen Lauf.</translation>
     </message>
     <message>
         <source>Meaning of the number</source>
@@ -6714,6 +6818,14 @@ Startet: {source}</translation>
     <message>
         <source>The cameras on their wire</source>
         <translation>Die Kameras an ihrem Kabel</translation>
+    </message>
+    <message>
+        <source>Rig plan</source>
+        <translation>Rig-Plan</translation>
+    </message>
+    <message>
+        <source>U of a planned rig, and as calibrated</source>
+        <translation>U eines geplanten Rigs, und wie kalibriert</translation>
     </message>
     <message>
         <source>Calibration status of the cameras</source>

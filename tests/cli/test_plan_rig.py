@@ -23,5 +23,10 @@ def test_writes_json_map_and_sheet(ocmm_here: Ocmm, tmp_path: Path) -> None:
     assert sheet.best.measurable == sum(one is not None for one in sheet.u_um) > 0
     assert (tmp_path / "thesis_rig.pdf").read_bytes().startswith(b"%PDF")
     assert "<svg" in (tmp_path / "thesis_rig.svg").read_text("utf-8")
-    ran = ocmm_here("plan", "rig", str(plan), "--out", str(tmp_path), "--search", "0", "--json")
-    assert json.loads(ran.stdout)["schema"] == "ocmm.rig_prediction/1"
+    rig = str(resource("rigs", "recommended.toml"))
+    options = ("--out", str(tmp_path), "--search", "0", "--json", "--rig", rig)
+    found = json.loads(ocmm_here("plan", "rig", str(plan), *options).stdout)
+    assert found["schema"] == "ocmm.rig_prediction/1"
+    # It stands 135 mm farther out, and its calibration is as deep as the volume.
+    assert found["calibrated"]["away_mm"] == pytest.approx([135.0, 135.0], abs=0.5)
+    assert 0.3 < found["calibrated"]["ratios"][0] < 0.9
