@@ -289,7 +289,7 @@ def map_from_above(sheet: RigSheet) -> TipMap:
 
 
 def maps_of(sheet: RigSheet) -> tuple[TipMap, ...]:
-    """Return the maps from above and from the front; of the calibrated rig too, if there is one."""
+    """Return the maps from above and from the front; with those of the calibrated rig, if any."""
     found = (map_from_above(sheet), _map("Worst over Y. From the front", sheet, sheet.u_um, 0, 2))
     if sheet.calibrated is None:
         return found

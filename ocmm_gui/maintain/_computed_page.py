@@ -65,7 +65,7 @@ class ComputedPage(QWidget):
         self._wait(False)
 
     def _work(self) -> Work:
-        """Return what the fields request; OcmmError if they cannot be read."""
+        """Return the work that the fields request; OcmmError if they cannot be read."""
         raise NotImplementedError
 
     def _show_report(self, report: object) -> None:

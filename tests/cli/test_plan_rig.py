@@ -27,6 +27,6 @@ def test_writes_json_map_and_sheet(ocmm_here: Ocmm, tmp_path: Path) -> None:
     options = ("--out", str(tmp_path), "--search", "0", "--json", "--rig", rig)
     found = json.loads(ocmm_here("plan", "rig", str(plan), *options).stdout)
     assert found["schema"] == "ocmm.rig_prediction/1"
-    # It stands 135 mm farther out, and its calibration is as deep as the volume.
+    # It is 135 mm farther out, and its calibration is as deep as the volume.
     assert found["calibrated"]["away_mm"] == pytest.approx([135.0, 135.0], abs=0.5)
     assert 0.3 < found["calibrated"]["ratios"][0] < 0.9

@@ -1,4 +1,4 @@
-"""U of a rig as calibrated, beside that of its plan."""
+"""U of a rig as calibrated, over that of its plan."""
 
 from __future__ import annotations
 
