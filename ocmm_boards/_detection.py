@@ -20,7 +20,7 @@ from ocmm_core.documents import files_of_folder, write_new
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.geometry import Float, Pixels
 from ocmm_core.side_files import OversizeError, read_guarded
-from ocmm_genicam import AravisCameras, Expected, GenicamSource, require_cameras_of
+from ocmm_genicam import AravisCameras, GenicamSource, named_cameras
 
 MOST_BYTES = 256 << 20
 _LEAST_MARKERS = 6
@@ -249,30 +249,18 @@ def _first_is_black(picture: Any, corners: Pixels, size: tuple[int, int]) -> boo
     return bool(light[parity == 0].mean() < light[parity == 1].mean())
 
 
-_PREFIX = "genicam:"
 _VIEW = re.compile(r"(\d{3,})-\d+\.png")
 _SILENCE_S = 1.5
 
 
 def genicam_source(source: str, rig: Rig) -> GenicamSource:
     """Return the cameras of a source, closed; InputError unless they are those of the rig."""
-    serials = tuple(one.strip() for one in source.removeprefix(_PREFIX).split(","))
-    if not source.startswith(_PREFIX) or serials == ("virtual",):
-        raise InputError(
-            "pictures.source",
-            f"Pictures of all cameras at one moment come from {_PREFIX}SERIAL,SERIAL, not from "
-            f"{source!r}.",
-            "Take those of other cameras one by one while the board rests, with ocmm bus snapshot.",
-        )
-    require_cameras_of(rig, serials)
-    period_ns = round(1e9 / rig.frame_rate_hz)
+    serials, expected = named_cameras(source, rig)
+    period_ns = expected[0].period_ns
     described = SourceDescription(
         source, tuple(camera.serial for camera in rig.cameras), period_ns, period_ns, live=True,
         simulated=False,
     )  # fmt: skip
-    expected = [
-        Expected(camera.name, camera.width, camera.height, period_ns) for camera in rig.cameras
-    ]
     return GenicamSource(described, AravisCameras(), serials, expected, _SILENCE_S)
 
 

@@ -109,6 +109,8 @@ NUMBER_FIELDS = (
     _whole("cameras", 0, 4, "number of cameras"),
     _whole("frames", 1, 4096, "number of frames"),
     _whole("serial", 0, 2**32 - 1, "serial number"),
+    _field("exposure", "µs", 0.1, 10_000_000.0, "exposure time"),
+    _field("gain", "", 0.0, 10_000.0, "gain"),
     _whole("alias", 1, 65535, "station alias"),
     _whole("points", 0, 10_000, "number of points"),
     _whole("poses", 20, 1_000_000, "number of poses"),

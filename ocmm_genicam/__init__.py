@@ -6,7 +6,8 @@ the ring of a station.
 Read `_client` (what a camera must do, pixel formats), `_aravis` (that by the library Aravis),
 `_set_up` (by documents of the makes), `_timing` (proof of a common clock), `_grabber` (one camera),
 `_source` (all of them, also without a common clock), `_process`, `_feed`, `_specs` (the entry of
-`ocmm.sources`). It must not import virtual cameras.
+`ocmm.sources`), `_viewfinder` (pictures and exposure of all of them, for setting up). It must not
+import virtual cameras.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -14,16 +15,19 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._client import unpack
-    from ocmm_genicam._feed import genicam_config, require_cameras_of, slots_for
+    from ocmm_genicam._feed import genicam_config, named_cameras, slots_for
     from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
     from ocmm_genicam._set_up import Expected, exposure_us, lost_by
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS
+    from ocmm_genicam._viewfinder import (
+        WANTED, Brightness, CameraLook, Viewfinder, ViewfinderProcess,
+    )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "CAMERAS", "AravisCameras", "Expected", "GenicamConfig", "GenicamSource", "exposure_us",
-    "genicam_command", "genicam_config", "genicam_description", "lost_by", "require_cameras_of",
-    "slots_for", "unpack",
+    "CAMERAS", "WANTED", "AravisCameras", "Brightness", "CameraLook", "Expected", "GenicamConfig",
+    "GenicamSource", "Viewfinder", "ViewfinderProcess", "exposure_us", "genicam_command",
+    "genicam_config", "genicam_description", "lost_by", "named_cameras", "slots_for", "unpack",
 ]  # fmt: skip

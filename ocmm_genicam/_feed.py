@@ -10,7 +10,9 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe, load_reference
 from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
+from ocmm_genicam._set_up import Expected
 
+PREFIX = "genicam:"
 UNTIMED = "untimed"
 """Before the serial numbers: cameras without proof of a common exposure time."""
 
@@ -51,6 +53,27 @@ def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
     config = genicam_config(rig, serials, ring, name, untimed=untimed)
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
+
+
+def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected]]:
+    """Return the serial numbers of a source genicam:SERIAL,SERIAL, and the cameras of the rig.
+
+    InputError for another source, or for other cameras.
+    """
+    serials = tuple(part.strip() for part in source.removeprefix(PREFIX).split(","))
+    serials = serials[1:] if serials[0] == UNTIMED else serials
+    if not source.startswith(PREFIX) or serials == ("virtual",):
+        raise InputError(
+            "genicam.source",
+            f"Cameras are set up by their serial numbers, {PREFIX}SERIAL,SERIAL, and the source is "
+            f"{source!r}.",
+            "Give the cameras as the source; ocmm camera genicam lists them.",
+        )
+    require_cameras_of(rig, serials)
+    period_ns = round(1e9 / rig.frame_rate_hz)
+    return serials, [
+        Expected(camera.name, camera.width, camera.height, period_ns) for camera in rig.cameras
+    ]
 
 
 def require_cameras_of(rig: Rig, serials: tuple[str, ...]) -> None:

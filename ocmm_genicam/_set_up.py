@@ -7,6 +7,7 @@ spots whose middle is elsewhere: such settings are written, read back, and refus
 from __future__ import annotations
 
 import contextlib
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -58,6 +59,7 @@ class MakeDocument(Document, frozen=True, kw_only=True):
     make: str
     """Part of the maker's name, in any case; empty: all cameras."""
     exposure: tuple[str, ...] = ()
+    gain: tuple[str, ...] = ()
     rate: tuple[str, ...] = ()
     rate_enable: tuple[str, ...] = ()
     settings: tuple[FeatureSetting, ...] = ()
@@ -116,9 +118,62 @@ def ptp_names(camera: Camera) -> PtpNames | None:
 
 def exposure_us(camera: Camera) -> float:
     """Return the exposure time that is set in a camera, microseconds; NaN without one."""
-    name = _named(camera, "exposure")
+    return settings_of(camera)[0]
+
+
+def settings_of(camera: Camera) -> tuple[float, float]:
+    """Return exposure time, microseconds, and gain of a camera; NaN without one."""
+    return _real(camera, "exposure"), _real(camera, "gain")
+
+
+def _real(camera: Camera, field: str) -> float:
+    name = _named(camera, field)
     # Of some cameras a whole number, of others a real one.
-    return float(camera.text(name)) if name else float("nan")
+    return float(camera.text(name)) if name else math.nan
+
+
+def set_exposure(camera: Camera, expected: Expected, exposure_us: float) -> None:
+    """Set the exposure time; AcquisitionError if it is out of range, or the rate would change."""
+    _set_named(camera, "exposure", exposure_us, f"an exposure time of {exposure_us:.1f} us")
+    if not _is_triggered(camera):
+        _set_rate(camera, 1e9 / expected.period_ns)
+
+
+def set_gain(camera: Camera, value: float) -> None:
+    """Set the gain, in the unit of its maker; AcquisitionError if it is out of range."""
+    _set_named(camera, "gain", value, f"a gain of {value:g}")
+
+
+def store(camera: Camera) -> None:
+    """Store all settings as the first user set, loaded at power-up; AcquisitionError."""
+    default = first_of(camera, ("UserSetDefault", "UserSetDefaultSelector"))
+    if not camera.has("UserSetSave") or not default:
+        raise AcquisitionError(
+            "genicam.user_set",
+            f"Camera {camera.serial} cannot store its settings.",
+            "Set exposure and gain again after each power-up.",
+        )
+    camera.set_text("UserSetSelector", "UserSet1")
+    camera.execute("UserSetSave")
+    camera.set_text(default, "UserSet1")
+
+
+def _set_named(camera: Camera, field: str, value: float, words: str) -> None:
+    name, found = _named(camera, field), math.nan
+    if name:
+        with contextlib.suppress(AcquisitionError):
+            # A whole number in some cameras.
+            if name.endswith("Raw"):
+                camera.set_integer(name, round(value))
+            else:
+                camera.set_number(name, value)
+        found = float(camera.text(name))
+    if not math.isclose(found, value, rel_tol=0.05, abs_tol=1.0):
+        raise AcquisitionError(
+            "genicam.out_of_range",
+            f"Camera {camera.serial} does not take {words}; it keeps {found:g}.",
+            "Give another value, dim or brighten the LEDs, or change the stop of the lens.",
+        )
 
 
 def set_up(camera: Camera, expected: Expected) -> PixelFormat:
@@ -152,9 +207,13 @@ def set_up(camera: Camera, expected: Expected) -> PixelFormat:
         )
     camera.set_integer("Width", expected.width)
     camera.set_integer("Height", expected.height)
-    if not (camera.has("TriggerMode") and camera.text("TriggerMode") == "On"):
+    if not _is_triggered(camera):
         _set_rate(camera, 1e9 / expected.period_ns)
     return pixels
+
+
+def _is_triggered(camera: Camera) -> bool:
+    return camera.has("TriggerMode") and camera.text("TriggerMode") == "On"
 
 
 def _set_rate(camera: Camera, rate: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -205,6 +206,41 @@ def _maintain(
             "Then repeat the command.",
         )
     console.show(words)
+
+
+@camera_app.command()
+def expose(
+    *, source: str, rig: Path, exposure: float | None, gain: float | None, keep: bool
+) -> None:
+    """Set exposure time and gain of GigE Vision cameras: the brightest LED fills 70 % of a pixel.
+
+    Wave the probe through the volume meanwhile, nearest to the cameras too. All cameras get one
+    exposure time. Ends with 1 if an LED is too dark, too bright, or not seen.
+    """
+    from ocmm_core.camera import load_rig
+    from ocmm_genicam import Brightness, ViewfinderProcess, named_cameras
+
+    console = make_console()
+    with contextlib.closing(ViewfinderProcess(*named_cameras(source, load_rig(rig)))) as cameras:
+        if gain is not None:
+            cameras.gain(gain)
+        if exposure is not None:
+            cameras.expose(exposure)
+        looks = cameras.look() if exposure is not None else cameras.settle()
+        if keep:
+            cameras.store()
+    rows = [
+        (one.serial, f"{one.exposure_us:.6g}", f"{one.gain:.4g}", f"{100.0 * one.brightest:.0f} %",
+         f"{one.width_px:.2f}", str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness))
+        for one in looks
+    ]  # fmt: skip
+    columns = heads("Serial", "Exposure, µs", "Gain", "Brightest", "Spot, px", "LEDs", "Incomplete",
+                    "Verdict")  # fmt: skip
+    print_grid(console, columns, rows)
+    if keep:
+        console.show("The cameras load these settings at power-up.")
+    if any(one.brightness is not Brightness.GOOD for one in looks):
+        raise typer.Exit(1)
 
 
 @camera_app.command()

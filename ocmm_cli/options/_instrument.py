@@ -92,6 +92,15 @@ TABLE = {
         Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
                "on a terminal you are asked, a script keeps it.", flags="--accept/--keep"),
     ),
+    "camera expose": (
+        Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),
+        Option("exposure", None, "Exposure time, µs; default: found by the brightest LED.",
+               "exposure"),
+        Option("gain", None, "Gain of all cameras, as their maker counts it; default: unchanged.",
+               "gain"),
+        Option("keep", False, "Store the settings in the cameras, loaded at power-up.",
+               flags="--store"),
+    ),
     "calibrate pictures": (
         argument("folder", ..., "Folder for the pictures."),
         Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),

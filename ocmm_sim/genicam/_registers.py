@@ -23,6 +23,7 @@ FORMATS = {
     "Mono12p": 0x010C_0047, "Mono16": 0x0110_0007, "RGB8": 0x0218_0014,
 }  # fmt: skip
 """Codes of the Pixel Format Naming Convention."""
+_SETS = {"Default": 0, "UserSet1": 1}
 _PTP_STATES = {"Disabled": 3, "Uncalibrated": 8, "Slave": 9, "Master": 6}
 
 
@@ -51,6 +52,14 @@ class Feature(IntEnum):
     LINES = 0x1_0098
     GAMMA = 0x1_00A0
     EXPOSURE_AUTO = 0x1_00A8
+    GAIN = 0x1_00B0
+    USER_SET = 0x1_00B8
+    USER_SET_SAVE = 0x1_00C0
+    USER_SET_DEFAULT = 0x1_00C8
+
+
+_LIMITS = {Feature.EXPOSURE: (10.0, 100_000.0), Feature.GAIN: (0.0, 24.0)}
+"""Microseconds and decibels, clamped as cameras do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +122,9 @@ class Memory:
         (value,) = struct.unpack_from(">d", self._bytes, feature)
         return float(value)
 
+    def _set_real(self, feature: Feature, value: float) -> None:
+        self.write(feature, struct.pack(">d", value))
+
     @property
     def format(self) -> str:
         """Return the name of the pixel format."""
@@ -134,6 +146,11 @@ class Memory:
         bits = FORMATS[self.format] >> 16 & 0xFF
         pixels = self.integer(Feature.WIDTH) * self.integer(Feature.HEIGHT)
         self.set_integer(Feature.PAYLOAD, pixels * bits // 8)
+        for feature, (least, most) in _LIMITS.items():
+            self._set_real(feature, min(max(self.real(feature), least), most))
+        # No image is exposed while the one before is.
+        rate = min(self.real(Feature.RATE), 1e6 / self.real(Feature.EXPOSURE))
+        self._set_real(Feature.RATE, rate)
         enabled = self.integer(Feature.PTP_ENABLE) != 0
         state = _PTP_STATES[self.config.ptp if enabled and self.config.ptp else "Disabled"]
         self.set_integer(Feature.PTP_STATUS, state)
@@ -167,8 +184,8 @@ class Memory:
             (Feature.GAMMA, 1), (Feature.EXPOSURE_AUTO, 2),
         ):  # fmt: skip
             self.set_integer(feature, number)
-        self.write(Feature.EXPOSURE, struct.pack(">d", 100.0))
-        self.write(Feature.RATE, struct.pack(">d", 25.0))
+        self._set_real(Feature.EXPOSURE, 100.0)
+        self._set_real(Feature.RATE, 25.0)
         self.settle()
 
 
@@ -193,7 +210,10 @@ def _xml(config: GigeConfig) -> str:
         _enumeration("TriggerMode", F.TRIGGER_MODE, {"Off": 0, "On": 1}),
         _boolean("GammaEnable", F.GAMMA),
         _enumeration("ExposureAuto", F.EXPOSURE_AUTO, {"Off": 0, "Once": 1, "Continuous": 2}),
-        _real("ExposureTime", F.EXPOSURE), _real("AcquisitionFrameRate", F.RATE),
+        _real("ExposureTime", F.EXPOSURE), _real("Gain", F.GAIN),
+        _real("AcquisitionFrameRate", F.RATE), _enumeration("UserSetSelector", F.USER_SET, _SETS),
+        _enumeration("UserSetDefault", F.USER_SET_DEFAULT, _SETS),
+        _command("UserSetSave", F.USER_SET_SAVE),
         _command("AcquisitionStart", F.START), _command("AcquisitionStop", F.STOP),
     ]  # fmt: skip
     if config.ptp:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import multiprocessing
 import os
 import signal
 import socket
@@ -21,7 +22,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,14 @@ from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
-from ocmm_genicam import AravisCameras, Expected, GenicamConfig, GenicamSource, genicam_command
+from ocmm_genicam import (
+    AravisCameras,
+    Expected,
+    GenicamConfig,
+    GenicamSource,
+    ViewfinderProcess,
+    genicam_command,
+)
 from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, packed
 from tests.compiled import load_compiled
 
@@ -414,6 +422,63 @@ def _pictures(repeats: int) -> Any:
     return {"files": [one.name for one in files], "apart": apart, "away": max(away), "wrong": 0}
 
 
+def _viewfinder(_repeats: int) -> Any:
+    """Set exposure and gain of cameras whose spot gets brighter with both."""
+    rig, ended = Rig(CONFIG, SECOND), threading.Event()
+
+    def shine() -> None:
+        x = np.arange(SIZE)
+        light = np.exp(-0.5 * ((x[:, None] - 90.0) ** 2 + (x - 150.0) ** 2) / 1.5**2)
+        while not ended.is_set():
+            memory = rig.cameras[0].memory
+            share = memory.real(Feature.EXPOSURE) / 1000.0 * 2.0 ** memory.real(Feature.GAIN)
+            counts = np.minimum(100.0 + 4095.0 * share * light, 4095.0).astype(np.uint16)
+            rig.show(packed(counts).data.cast("B"))
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=shine)
+    thread.start()
+    cameras = [Expected(one, SIZE, SIZE, PERIOD_NS) for one in rig.serials]
+    told, found = [], []
+    try:
+        with contextlib.closing(ViewfinderProcess(rig.serials, cameras)) as finder:
+            deeds: tuple[Callable[[], object], ...] = (
+                partial(finder.expose, 100.0), partial(finder.expose, 3000.0), finder.settle,
+                partial(finder.gain, 1.0), finder.settle,
+            )  # fmt: skip
+            for deed in deeds:
+                deed()
+                found.append([
+                    [one.brightness, one.brightest, one.exposure_us, one.gain, one.width_px,
+                     *np.ravel(one.spots_px), *one.picture.shape]
+                    for one in finder.look()
+                ])  # fmt: skip
+            pictures = finder.pictures()
+            for wrong in (partial(finder.expose, 1e6), partial(finder.expose, 50_000.0),
+                          partial(finder.gain, 99.0)):  # fmt: skip
+                try:
+                    wrong()
+                    told.append("")
+                except OcmmError as error:
+                    told.append(f"{error.code}: {error}")
+            kept = [one.exposure_us for one in finder.look()]
+            finder.store()
+        stored = [one.memory.integer(Feature.USER_SET_DEFAULT) for one in rig.cameras]
+        with contextlib.closing(ViewfinderProcess(rig.serials, cameras)) as finder:
+            os.kill(multiprocessing.active_children()[0].pid or 0, signal.SIGKILL)
+            try:
+                finder.look()
+            except OcmmError as error:
+                told.append(f"{error.code}: {error}")
+    finally:
+        ended.set()
+        thread.join()
+        rig.close()
+    return {"wrong": 0, "found": found, "told": told, "kept": kept, "stored": stored,
+            "picture": [int(one.max()) for one in pictures], "shape": pictures[0].shape,
+            "left": len(multiprocessing.active_children())}  # fmt: skip
+
+
 def _set_up(_repeats: int) -> Any:
     """Open cameras that process their images, and list what they lack before that."""
     rig = Rig(CONFIG, replace(SECOND, ptp=""))
@@ -483,6 +548,7 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
         _nothing, CONFIG, replace(SECOND, keeps_gamma=True), opens=False
     ),
     "set up": _set_up,
+    "viewfinder": _viewfinder,
     "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),
     "other model": _sentence(_nothing, CONFIG, replace(SECOND, model="Other"), opens=False),
 }  # fmt: skip

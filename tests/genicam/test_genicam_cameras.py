@@ -169,6 +169,38 @@ def test_cameras_that_cannot_measure_are_refused(played: Played, name: str, code
     assert name != "controlled" or result["frames"] > 0
 
 
+@pytest.mark.slow
+def test_exposure_is_set_by_the_brightest_led(played: Played) -> None:
+    """One time for both cameras; what one cannot take leaves both as they were."""
+    result = played("viewfinder")
+    dark, bright, settled, brighter, again = (one[0] for one in result["found"])
+    assert dark[0] == "too dark"
+    assert dark[1] == pytest.approx(0.1, abs=0.05)
+    assert bright[0] == "too bright"
+    for one in (settled, again):
+        assert one[0] == "good"
+        assert one[1] == pytest.approx(0.7, abs=0.08)
+    assert brighter[1] > 0.9
+    # Twice the gain, half the exposure.
+    assert again[2] == pytest.approx(0.5 * settled[2], rel=0.15)
+    assert [settled[3], again[3]] == [0.0, 1.0]
+    # Its place, and the width of the light.
+    assert settled[5:7] == pytest.approx([150.0, 90.0], abs=0.02)
+    assert settled[4] == pytest.approx(1.5, abs=0.15)
+    assert settled[7:] == [256, 256]
+    assert all(one[0][2] == one[1][2] for one in result["found"])
+    out_of_range, too_long, gain, ended = result["told"]
+    assert out_of_range.startswith("genicam.out_of_range: Camera 101 does not take an exposure")
+    assert too_long.startswith("genicam.rate: Camera 101 takes 20 frames a second, but the rig ")
+    assert gain.startswith("genicam.out_of_range: Camera 101 does not take a gain of 99")
+    assert ended.startswith("genicam.viewfinder: ")
+    assert result["kept"] == [again[2], again[2]]
+    assert result["stored"] == [1, 1]
+    assert result["shape"] == [256, 256]
+    assert 40_000 < result["picture"][0] <= 65_535
+    assert result["left"] == 0
+
+
 def test_cameras_that_process_their_images_are_set_to_send_what_the_sensor_saw(
     played: Played,
 ) -> None:

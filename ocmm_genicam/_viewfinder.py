@@ -1,0 +1,385 @@
+"""Viewfinder: pictures, brightness and focus of all cameras while they are set up.
+
+All cameras get one exposure time, because their time stamps must mean the same moment. Aravis can
+crash on malformed packets, so that `ViewfinderProcess` does the same in a process of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import SpotFinder
+from ocmm_core.errors import AcquisitionError, OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.geometry import Float
+from ocmm_core.processes import end_process, end_with_parent, process_context
+from ocmm_genicam._aravis import AravisCameras
+from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, unpack
+from ocmm_genicam._set_up import Expected, set_exposure, set_gain, set_up, settings_of, store
+
+WANTED = 0.7
+"""Brightest pixel of the brightest LED, by the full scale."""
+_DARK, _BRIGHT = 0.35, 0.9
+_SETTLED = 0.1
+_STEPS = 8
+_MOST_STEP = 8.0
+_FRESH_S = 2.0
+_LATE_IMAGES = 3
+_ANSWER_S = 30.0
+_SEARCHES = 4
+_SHOWN_PX = 640
+_HALF_PX = 7
+_CANDIDATES = 1000
+_LIT = 0.3
+
+
+class Brightness(StrEnum):
+    """Verdict on the brightest LED since the last change of exposure or gain."""
+
+    UNSEEN = "no LED"
+    DARK = "too dark"
+    GOOD = "good"
+    BRIGHT = "too bright"
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLook:
+    """What one camera sees, and how it is set."""
+
+    serial: str
+    model: str
+    exposure_us: float
+    gain: float
+    """As its maker counts it; NaN without one."""
+    picture: NDArray[np.uint8]
+    """(h, w): the brightest of ``factor`` x ``factor`` pixels, its root; empty without an image."""
+    factor: int
+    spots_px: Float
+    """(n, 2): places in the whole image."""
+    width_px: float
+    """Median standard deviation of the spots along a row; NaN without one."""
+    brightest: float
+    """Brightest pixel of the spots since the last change, by the full scale; NaN without one."""
+    focus: float
+    """Energy of the edges over the largest one so far, 0 to 1; NaN without an image."""
+    images: int
+    incomplete: int
+
+    @property
+    def brightness(self) -> Brightness:
+        if math.isnan(self.brightest):
+            return Brightness.UNSEEN
+        if self.brightest < _DARK:
+            return Brightness.DARK
+        return Brightness.GOOD if self.brightest <= _BRIGHT else Brightness.BRIGHT
+
+
+class _View:
+    """One camera with its last picture."""
+
+    def __init__(self, camera: Camera, expected: Expected) -> None:
+        self.camera, self.expected = camera, expected
+        self.pixels: PixelFormat = set_up(camera, expected)
+        self._options = replace(self.pixels.spot_options(), search_lines=expected.height)
+        self._brightest, self._sharpest = math.nan, 0.0
+        self._images = self._incomplete = self._skips = 0
+
+    def forget(self) -> None:
+        """Begin again after a change; the next images may be from before it."""
+        self._brightest, self._skips = math.nan, _LATE_IMAGES
+
+    def fresh(self, within_s: float) -> NDArray[np.uint16] | None:
+        """Return the counts (height, width) of an image taken after this call; None without one."""
+        while self.camera.next_image(0.0) is not None:
+            pass
+        deadline = time.monotonic() + within_s
+        while (left := deadline - time.monotonic()) > 0.0:
+            image = self.camera.next_image(left)
+            if image is None:
+                return None
+            if self._is_whole(image):
+                self._images += 1
+                if self._skips:
+                    self._skips -= 1
+                    continue
+                return unpack(self.pixels, image.data, image.width, image.height)
+            self._incomplete += 1
+        return None
+
+    def look(self, counts: NDArray[np.uint16] | None) -> CameraLook:
+        exposure_us, gain = settings_of(self.camera)
+        empty = CameraLook(
+            self.camera.serial, self.camera.model, exposure_us, gain, np.zeros((0, 0), np.uint8), 1,
+            np.zeros((0, 2)), math.nan, math.nan, math.nan, self._images, self._incomplete,
+        )  # fmt: skip
+        if counts is None:
+            return empty
+        # A spot that is found by the search fills a window of the next image.
+        finder = SpotFinder(self.expected.width, self.expected.height, self._options)
+        found = [finder.find(counts) for _ in range(_SEARCHES)][-1]
+        valid = int(found.valid[0])
+        places = found.uv[0][[bool(valid >> slot & 1) for slot in range(found.uv.shape[1])]]
+        full_scale = self.pixels.full_scale
+        spots = [_spot(counts, u, v) for u, v in places.tolist()]
+        if not spots and _is_glaring(counts, full_scale):
+            self._brightest = 1.0
+        for peak, _ in spots:
+            self._brightest = np.fmax(self._brightest, min(peak / full_scale, 1.0))
+        edges = np.diff(counts[::2].astype(np.float32), axis=1)
+        energy = float(np.mean(edges * edges))
+        self._sharpest = max(self._sharpest, energy)
+        factor = max(1, -(-max(counts.shape) // _SHOWN_PX))
+        height, width = (size // factor for size in counts.shape)
+        blocks = counts[: height * factor, : width * factor].reshape(height, factor, width, factor)
+        share = np.minimum(blocks.max(axis=(1, 3)) / full_scale, 1.0)
+        return replace(
+            empty, picture=(255.0 * np.sqrt(share)).astype(np.uint8), factor=factor,
+            spots_px=places,
+            width_px=float(np.median([width for _, width in spots])) if spots else math.nan,
+            brightest=float(self._brightest),
+            focus=energy / self._sharpest if self._sharpest else math.nan,
+        )  # fmt: skip
+
+    def _is_whole(self, image: Image) -> bool:
+        size = (self.pixels.code, self.expected.width, self.expected.height)
+        least = self.pixels.bytes_of(self.expected.width, self.expected.height)
+        return (
+            image.status == COMPLETE
+            and (image.pixel_format, image.width, image.height) == size
+            and len(image.data) >= least
+        )
+
+
+class Viewfinder:
+    """The cameras of a rig, in its order; for one thread.
+
+    AcquisitionError: a camera is absent, used by others, or cannot be set up.
+    """
+
+    def __init__(
+        self, cameras: Cameras, serials: Sequence[str], expected: Sequence[Expected]
+    ) -> None:
+        self._views: list[_View] = []
+        try:
+            for serial, one in zip(serials, expected, strict=True):
+                camera = cameras.open(serial)
+                try:
+                    self._views.append(_View(camera, one))
+                except BaseException:
+                    camera.close()
+                    raise
+            for view in self._views:
+                view.camera.start()
+        except BaseException:
+            self.close()
+            raise
+
+    def look(self, within_s: float = _FRESH_S) -> tuple[CameraLook, ...]:
+        """Return the newest images and their verdicts; one without image after ``within_s``."""
+        return tuple(view.look(view.fresh(within_s)) for view in self._views)
+
+    def pictures(self, within_s: float = _FRESH_S) -> list[NDArray[np.uint16]]:
+        """Return one image of each camera, (height, width), full scale 65535, one after the other.
+
+        AcquisitionError if a camera sends none.
+        """
+        found = []
+        for view in self._views:
+            counts = view.fresh(within_s)
+            if counts is None:
+                raise AcquisitionError(
+                    "genicam.no_image",
+                    f"Camera {view.camera.serial} sent no complete image for {within_s:.1f} s.",
+                    "Check its cable and trigger; if images are incomplete, set jumbo frames "
+                    "(MTU 9000) on network card and switch.",
+                )
+            scaled = counts.astype(np.uint32) * 65535 // view.pixels.full_scale
+            found.append(np.minimum(scaled, 65535).astype(np.uint16))
+        return found
+
+    def expose(self, exposure_us: float) -> None:
+        """Set the exposure time of all cameras; they keep the old one if one of them refuses.
+
+        AcquisitionError: out of its range, or too long for the frame rate of the rig.
+        """
+        before = [settings_of(view.camera)[0] for view in self._views]
+        try:
+            for view in self._views:
+                set_exposure(view.camera, view.expected, exposure_us)
+        except AcquisitionError:
+            for view, old in zip(self._views, before, strict=True):
+                with contextlib.suppress(AcquisitionError):
+                    set_exposure(view.camera, view.expected, old)
+            raise
+        finally:
+            self._forget()
+
+    def gain(self, value: float) -> None:
+        """Set the gain of all cameras; AcquisitionError if one refuses."""
+        for view in self._views:
+            set_gain(view.camera, value)
+        self._forget()
+
+    def settle(self) -> tuple[CameraLook, ...]:
+        """Set the exposure time by which the brightest LED of all fills `WANTED` of a pixel.
+
+        AcquisitionError: no LED is seen, or the exposure time is out of range.
+        """
+        for _ in range(_STEPS):
+            self._forget()
+            found = self.look()
+            shares = [one.brightest for one in found if not math.isnan(one.brightest)]
+            if not shares:
+                raise AcquisitionError(
+                    "genicam.no_led",
+                    "No camera sees an LED.",
+                    "Hold the probe in front of the cameras, switch its LEDs on, and open the "
+                    "lens; set a longer exposure by hand if they are faint.",
+                )
+            brightest = max(shares)
+            if abs(brightest - WANTED) <= _SETTLED * WANTED:
+                return found
+            # An overexposed spot does not tell how bright it is.
+            step = WANTED / brightest if brightest < 0.98 else 0.4
+            exposure = found[0].exposure_us * min(max(step, 1.0 / _MOST_STEP), _MOST_STEP)
+            self.expose(exposure)
+        return self.look()
+
+    def store(self) -> None:
+        """Store the settings in the cameras, to be loaded at power-up; AcquisitionError."""
+        for view in self._views:
+            store(view.camera)
+
+    def close(self) -> None:
+        """Release all cameras; idempotent."""
+        for view in self._views:
+            view.camera.close()
+
+    def _forget(self) -> None:
+        for view in self._views:
+            view.forget()
+
+
+def _is_glaring(counts: NDArray[np.uint16], full_scale: int) -> bool:
+    """Return whether there is an overexposed spot, which the finder refuses; no hot pixel."""
+    for row, column in np.argwhere(counts >= full_scale)[:_CANDIDATES].tolist():
+        around = counts[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+        if np.count_nonzero(around > _LIT * full_scale) > 2:
+            return True
+    return False
+
+
+def _spot(counts: NDArray[np.uint16], u: float, v: float) -> tuple[float, float]:
+    """Return the brightest count of a spot, and its standard deviation along a row, px."""
+    row, column = round(v), round(u)
+    top, left = max(row - _HALF_PX, 0), max(column - _HALF_PX, 0)
+    part = counts[top : row + _HALF_PX + 1, left : column + _HALF_PX + 1].astype(np.float64)
+    light = np.maximum(part - np.median(part), 0.0)
+    # Noise far from the middle would count most.
+    light[light < 0.05 * light.max()] = 0.0
+    across = light.sum(axis=0)
+    if not across.any():
+        return float(part.max()), math.nan
+    at = np.arange(len(across)) + left
+    middle = float(at @ across / across.sum())
+    return float(part.max()), float(np.sqrt((at - middle) ** 2 @ across / across.sum()))
+
+
+class ViewfinderProcess:
+    """A `Viewfinder` of Aravis in a process of its own, with the same methods and errors.
+
+    AcquisitionError also if the process ended, or gave no answer for half a minute.
+    """
+
+    def __init__(self, serials: Sequence[str], expected: Sequence[Expected]) -> None:
+        context = process_context()
+        self._pipe, theirs = context.Pipe()
+        self._process: BaseProcess | None = context.Process(
+            target=_serve, args=(theirs, tuple(serials), tuple(expected)), name="ocmm-viewfinder",
+            daemon=True,
+        )  # fmt: skip
+        self._process.start()
+        theirs.close()
+        try:
+            self._answer()
+        except BaseException:
+            self.close()
+            raise
+
+    def look(self) -> tuple[CameraLook, ...]:
+        found: tuple[CameraLook, ...] = self._ask("look")
+        return found
+
+    def pictures(self) -> list[NDArray[np.uint16]]:
+        found: list[NDArray[np.uint16]] = self._ask("pictures")
+        return found
+
+    def expose(self, exposure_us: float) -> None:
+        self._ask("expose", exposure_us)
+
+    def gain(self, value: float) -> None:
+        self._ask("gain", value)
+
+    def settle(self) -> tuple[CameraLook, ...]:
+        found: tuple[CameraLook, ...] = self._ask("settle")
+        return found
+
+    def store(self) -> None:
+        self._ask("store")
+
+    def close(self) -> None:
+        """Release the cameras within two seconds; idempotent."""
+        if self._process is not None:
+            with contextlib.suppress(OSError):
+                self._pipe.send(None)
+            end_process(self._process)
+            self._pipe.close()
+            self._process = None
+
+    def _ask(self, name: str, *values: float) -> Any:
+        with contextlib.suppress(OSError):
+            self._pipe.send((name, values))
+        return self._answer()
+
+    def _answer(self) -> Any:
+        try:
+            found = self._pipe.recv() if self._pipe.poll(_ANSWER_S) else None
+        except (EOFError, OSError):
+            found = None
+        if found is None:
+            raise AcquisitionError(
+                "genicam.viewfinder",
+                "The program that reads the cameras has ended or does not answer.",
+                "Check network and cameras, wait some seconds, then open the cameras again.",
+            )
+        if isinstance(found, OcmmError):
+            raise found
+        return found[0]
+
+
+def _serve(pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...]) -> None:
+    end_with_parent()
+    try:
+        finder = Viewfinder(AravisCameras(), serials, expected)
+    except Exception as error:
+        pipe.send(contained(error, "The viewfinder"))
+        return
+    pipe.send((None,))
+    with contextlib.closing(finder), contextlib.suppress(EOFError, OSError):
+        while (asked := pipe.recv()) is not None:
+            name, values = asked
+            try:
+                pipe.send((getattr(finder, name)(*values),))
+            except Exception as error:
+                pipe.send(contained(error, "The viewfinder"))
