@@ -4,23 +4,28 @@ In: the document of a board, and its corners in simultaneous pictures of all cam
 Out: cameras with full covariance, findings, and a camera record.
 
 Read `_board` (the board and the covariance of its shape), `_corners` (tables of corners),
-`_detection` (corners in pictures, by OpenCV), then `_solution` (one bundle of cameras, poses and
-board shape) with `_guards` (first values before it, criteria after it). `_command` has `ocmm
-calibrate boards` and `pictures`, entry points of `ocmm.commands`; nothing imports this package.
+`_detection` (corners in pictures, by OpenCV; pictures as files), then `_solution` (one bundle of
+cameras, poses and board shape) with `_guards` (first values before it, criteria after it), and
+`_coach` (which views are still missing). Commands and window call it; it must not know them.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_boards._board import Board, load_board
-    from ocmm_boards._command import calibrate_boards, take_pictures
+    from ocmm_boards._coach import ViewCoach, ViewReport
     from ocmm_boards._corners import BoardViews, read_corners
-    from ocmm_boards._detection import detect_corners
-    from ocmm_boards._solution import BoardCalibration, calibrate_with_board
+    from ocmm_boards._detection import (
+        corner_finder, detect_corners, genicam_source, next_view, write_view,
+    )  # fmt: skip
+    from ocmm_boards._solution import (
+        BoardCalibration, BoardSession, calibrate_with_board, run_session,
+    )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "Board", "BoardCalibration", "BoardViews", "calibrate_boards", "calibrate_with_board",
-    "detect_corners", "load_board", "read_corners", "take_pictures",
+    "Board", "BoardCalibration", "BoardSession", "BoardViews", "ViewCoach", "ViewReport",
+    "calibrate_with_board", "corner_finder", "detect_corners", "genicam_source", "load_board",
+    "next_view", "read_corners", "run_session", "write_view",
 ]  # fmt: skip

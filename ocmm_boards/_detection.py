@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from ocmm_boards._board import Board, BoardDocument
 from ocmm_boards._corners import BoardViews, view_patterns
-from ocmm_cli.terminal import encoder_for
 from ocmm_core.acquisition.frames import SourceDescription
-from ocmm_core.camera import CameraModel, Rig
+from ocmm_core.camera import CameraModel, Rig, encoder_for
 from ocmm_core.documents import files_of_folder, write_new
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.geometry import Float, Pixels
@@ -83,15 +82,15 @@ def detect_corners(
     return BoardViews(names, uv, np.zeros(uv.shape[:3], dtype=np.int64), said)
 
 
-def corner_finder(board: Board) -> Callable[[Any], int]:
-    """Return what counts the corners of a board in a picture of 16 bits; InputError as above."""
+def corner_finder(board: Board) -> Callable[[NDArray[np.uint16]], Pixels]:
+    """Return what finds the corners (N, 2) of a board in a picture, NaN if unseen; as above."""
     find = _finder(_opencv(), board)
 
-    def count(picture: Any) -> int:
-        corners = find((picture >> 8).astype(np.uint8))
-        return 0 if corners is None else int(np.isfinite(corners[:, 0]).sum())
+    def corners_in(picture: NDArray[np.uint16]) -> Pixels:
+        found = find((picture >> 8).astype(np.uint8))
+        return np.full((len(board.corners), 2), np.nan) if found is None else found
 
-    return count
+    return corners_in
 
 
 def _opencv() -> Any:

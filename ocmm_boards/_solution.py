@@ -10,6 +10,7 @@ estimate; Huber 1967).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -377,3 +378,33 @@ def evaluated(
     return guided.build_outcome(
         rig, found.found, how, None if running is None else rig_from_record(running)
     )
+
+
+@dataclass(frozen=True, slots=True)
+class BoardSession:
+    """A calibration by views, ready to be accepted."""
+
+    kept: Path
+    """File of its corners."""
+    found: BoardCalibration
+    outcome: guided.CalibrationOutcome
+
+
+def run_session(
+    rig: Rig, store: CalibrationStore, sessions: Path, board: Board, views: BoardViews,
+    now: datetime, *, who: str, temperature: Temperature | None = None, valid_days: int = 365,
+    force: bool = False, kept: Callable[[Path], None] = lambda path: None,
+) -> BoardSession:  # fmt: skip
+    """Keep the corners in the folder ``sessions``, then calibrate and compare; nothing is accepted.
+
+    ``kept`` gets the file of the corners before anything is computed. Errors as
+    `calibrate_with_board`.
+    """
+    path = keep_views(sessions, board, views, rig, who, now)
+    kept(path)
+    found = calibrate_with_board(rig, board, views, force=force)
+    outcome = evaluated(
+        rig, store, board, views, found, now,
+        who=who, temperature=temperature, valid_days=valid_days,
+    )  # fmt: skip
+    return BoardSession(path, found, outcome)

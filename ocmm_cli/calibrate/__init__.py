@@ -3,15 +3,17 @@
 In: the rig, a source of frames, an artefact with its certificate, the operator's answers.
 Out: records in their folder, tables of results, an exit code for the verdict.
 
-Read `_setup` (options of every guided procedure), `_calibrate` (cameras), `_run` (a guided
-procedure on the terminal), `_steps`, then the probe: `_probe` (also its tips), `_tip`; optical
-trackers: `_tracker`. `_report` and `_tip_report` print; `_write_cameras` writes into the cameras.
+Read `_setup` (options of every guided procedure), `_calibrate` (cameras), `_boards` (cameras by
+pictures of a board), `_run` (a guided procedure on the terminal), `_steps`, then the probe:
+`_probe` (also its tips), `_tip`; optical trackers: `_tracker`. `_report` and `_tip_report` print;
+`_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
+    from ocmm_cli.calibrate._boards import calibrate_boards, take_pictures
     from ocmm_cli.calibrate._calibrate import calibrate_app
     from ocmm_cli.calibrate._probe import mount_tip, probe_command, probe_history, probe_status
     from ocmm_cli.calibrate._report import print_calibration, print_status
@@ -25,7 +27,8 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "calibrate_app", "check_tip_command", "is_yes", "mount_tip", "open_site", "print_calibration",
-    "print_status", "probe_command", "probe_history", "probe_status", "record_observations",
-    "scale", "take_relocation_shots", "tip_command", "tracker", "write_cameras",
+    "calibrate_app", "calibrate_boards", "check_tip_command", "is_yes", "mount_tip", "open_site",
+    "print_calibration", "print_status", "probe_command", "probe_history", "probe_status",
+    "record_observations", "scale", "take_pictures", "take_relocation_shots", "tip_command",
+    "tracker", "write_cameras",
 ]  # fmt: skip

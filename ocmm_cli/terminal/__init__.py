@@ -14,14 +14,14 @@ if TYPE_CHECKING:
         print_grid, print_notes, print_table_account, progress_line, shown, tr, tr_later, tr_word,
     )  # fmt: skip
     from ocmm_cli.terminal._svg import (
-        bending, encoder_for, histogram, label, nice_limit, page, points_in_space, tip_map,
+        bending, histogram, label, nice_limit, page, points_in_space, tip_map,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "DeferredInterrupt", "PlainConsole", "bending", "encoder_for", "error_text", "heads",
-    "histogram", "label", "language", "lead", "make_console", "nice_limit", "page",
-    "points_in_space", "print_grid", "print_notes", "print_table_account", "progress_line", "shown",
-    "tip_map", "tr", "tr_later", "tr_word",
+    "DeferredInterrupt", "PlainConsole", "bending", "error_text", "heads", "histogram", "label",
+    "language", "lead", "make_console", "nice_limit", "page", "points_in_space", "print_grid",
+    "print_notes", "print_table_account", "progress_line", "shown", "tip_map", "tr", "tr_later",
+    "tr_word",
 ]  # fmt: skip

@@ -6,17 +6,12 @@ ISO/IEC 15948 and netpbm.
 
 from __future__ import annotations
 
-import struct
-import zlib
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from xml.sax.saxutils import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.calibration.probe_design import TipMap
-from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Points3, rotation_xyz
 from ocmm_core.measuring import Mechanics, colour_at
 
@@ -233,42 +228,3 @@ def _scale(limits: tuple[float, float]) -> Iterator[str]:
         yield label(x + 24, bottom - share * (bottom - top) + 5, f"{value:.1f} µm", 13, "start")
     yield f'<rect x="{x}" y="{bottom + 14}" width="18" height="14" fill="{_UNSEEN}"/>'
     yield label(x + 24, bottom + 26, "not seen", 13, "start")
-
-
-_PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
-_GREYSCALE, _BITS = 0, 16
-
-
-def encode_png(picture: NDArray[np.uint16]) -> bytes:
-    """Return a picture (height, width) as 16 bit greyscale PNG, not scaled."""
-    height, width = picture.shape
-    head = struct.pack(">IIBBBBB", width, height, _BITS, _GREYSCALE, 0, 0, 0)
-    rows = np.zeros((height, 1 + 2 * width), np.uint8)
-    # Each row starts with its filter, 0: none.
-    rows[:, 1:] = picture.astype(">u2").view(np.uint8).reshape(height, 2 * width)
-    content = _chunk(b"IHDR", head) + _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6))
-    return _PNG_MAGIC + content + _chunk(b"IEND", b"")
-
-
-def encode_pgm(picture: NDArray[np.uint16]) -> bytes:
-    """Return a picture (height, width) as binary 16 bit PGM, not scaled."""
-    height, width = picture.shape
-    return f"P5\n{width} {height}\n65535\n".encode("ascii") + picture.astype(">u2").tobytes()
-
-
-def encoder_for(path: Path) -> Callable[[NDArray[np.uint16]], bytes]:
-    """Return the encoder for a file name's suffix; InputError if unknown."""
-    encoders = {".png": encode_png, ".pgm": encode_pgm}
-    encoder = encoders.get(path.suffix.lower())
-    if encoder is None:
-        raise InputError(
-            "picture.kind",
-            f"{path}: not a picture file name.",
-            "Give a file that ends with .png or .pgm.",
-        )
-    return encoder
-
-
-def _chunk(kind: bytes, content: bytes) -> bytes:
-    check = zlib.crc32(kind + content)
-    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", check)

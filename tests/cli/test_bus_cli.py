@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_cli import app
-from ocmm_cli.terminal._svg import encode_pgm, encode_png
+from ocmm_core.camera._picture_files import encode_pgm, encode_png
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from tests.commands import Ocmm

@@ -29,8 +29,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ocmm_boards import take_pictures
 from ocmm_cli.bus import camera_app
+from ocmm_cli.calibrate import take_pictures
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import (
     AcquisitionState,

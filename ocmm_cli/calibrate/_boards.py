@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 
@@ -33,10 +34,7 @@ def calibrate_boards(
     nominal focal lengths and rough places. Without a certificate of the board the scale is not
     traceable: relocate with a certified bar afterwards.
     """
-    from ocmm_boards._board import load_board
-    from ocmm_boards._corners import read_corners
-    from ocmm_boards._detection import detect_corners
-    from ocmm_boards._solution import calibrate_with_board, evaluated, keep_views
+    from ocmm_boards import detect_corners, load_board, read_corners, run_session
     from ocmm_cli.calibrate import is_yes, open_site, print_calibration, print_status
     from ocmm_cli.terminal import lead, make_console, progress_line, tr
     from ocmm_core.acceptance import read_temperature
@@ -67,13 +65,12 @@ def calibrate_boards(
             )  # fmt: skip
     for sentence in views.left_out:
         console.show(sentence)
-    kept = keep_views(site.sessions, known, views, site.design, who, now)
-    console.print(f"{lead('Session  ')}{kept}")
-    found = calibrate_with_board(site.design, known, views, force=bool(overrule))
-    outcome = evaluated(
-        site.design, site.store, known, views, found, now,
-        who=who, temperature=warm, valid_days=valid_days,
+    session = run_session(
+        site.design, site.store, site.sessions, known, views, now, who=who, temperature=warm,
+        valid_days=valid_days, force=bool(overrule),
+        kept=lambda path: console.print(f"{lead('Session  ')}{path}"),
     )  # fmt: skip
+    found, outcome = session.found, session.outcome
     print_calibration(console, outcome)
     console.show(
         f"{found.views:d} views; corners scatter by {found.sigma_px:.3f} px, and U grows by "
@@ -87,7 +84,7 @@ def calibrate_boards(
         accepted = is_yes(console.input())
     if accepted:
         reason = overrule or "calibrated with a board"
-        site.store.accept(outcome.record, who, reason, now, kept)
+        site.store.accept(outcome.record, who, reason, now, session.kept)
     elif accepted is None:
         console.show("Not accepted: give --accept to put this calibration in force.")
     print_status(console, site.document, site.calibrations, now)
@@ -106,8 +103,7 @@ def take_pictures(
     the corners that were found in each picture are told. Hold the board still at the end of each
     countdown. Ctrl-C ends; all pictures so far are kept.
     """
-    from ocmm_boards._board import load_board
-    from ocmm_boards._detection import corner_finder, genicam_source, next_view, write_view
+    from ocmm_boards import corner_finder, genicam_source, load_board, next_view, write_view
     from ocmm_cli.terminal import DeferredInterrupt, make_console, progress_line, tr
     from ocmm_core.camera import load_rig
 
@@ -132,7 +128,8 @@ def take_pictures(
             pictures = cameras.pictures(2.0)
             said = []
             for camera, picture in zip(design.cameras, pictures, strict=True):
-                found = "" if find is None else tr(f", {find(picture):d} corners")
+                count = 0 if find is None else int(np.isfinite(find(picture)[:, 0]).sum())
+                found = "" if find is None else tr(f", {count:d} corners")
                 said.append(f"{camera.name}{found}")
             write_view(folder, number, design, pictures)
             console.show(f"View {number:d}: {', '.join(said)}", highlight=True)
