@@ -34,7 +34,7 @@ _DARK, _BRIGHT = 0.35, 0.9
 _SETTLED = 0.1
 _STEPS = 8
 _MOST_STEP = 8.0
-_FRESH_S = 2.0
+_FRESH_S, _PICTURE_S = 1.0, 3.0
 _LATE_IMAGES = 3
 _ANSWER_S = 30.0
 _SEARCHES = 4
@@ -112,6 +112,7 @@ class _View:
                 self._images += 1
                 if self._skips:
                     self._skips -= 1
+                    deadline = time.monotonic() + within_s
                     continue
                 return unpack(self.pixels, image.data, image.width, image.height)
             self._incomplete += 1
@@ -189,7 +190,7 @@ class Viewfinder:
         """Return the newest images and their verdicts; one without image after ``within_s``."""
         return tuple(view.look(view.fresh(within_s)) for view in self._views)
 
-    def pictures(self, within_s: float = _FRESH_S) -> list[NDArray[np.uint16]]:
+    def pictures(self, within_s: float = _PICTURE_S) -> list[NDArray[np.uint16]]:
         """Return one image of each camera, (height, width), full scale 65535, one after the other.
 
         AcquisitionError if a camera sends none.

@@ -105,11 +105,12 @@ _S, _U, _NOW, _LATER = Scope.STATION, Scope.USER, Applies.NOW, Applies.REOPEN
 SETTINGS: tuple[SettingSpec, ...] = (
     SettingSpec(
         "instrument.source", Kind.TEXT, DEFAULT_SOURCE, _S, _LATER, later("Cameras"),
-        later("simulated, ethercat:INTERFACE, ethercat:service or replay:FILE"),
-        choices=("simulated", "ethercat:service", "ethercat:virtual")),
+        later("simulated, ethercat:INTERFACE, ethercat:service, genicam:SERIAL,SERIAL, a tracker "
+              "(igtl:, natnet:, ndi:, qtm:) or replay:FILE"),
+        choices=("simulated", "ethercat:service", "ethercat:virtual", "genicam:virtual")),
     SettingSpec(
         "instrument.rig", Kind.FILE, RECOMMENDED_RIG, _S, _LATER, later("Rig"),
-        later("Document of the cameras"), schema="ocmm.rig/1"),
+        later("Document of the cameras or of the tracker"), schema="ocmm.rig/1 or ocmm.tracker/1"),
     SettingSpec(
         "instrument.probe", Kind.FILE, STANDARD_PROBE, _S, _LATER,
         later("Probe"), later("Document of the probe"), schema="ocmm.probe/1"),

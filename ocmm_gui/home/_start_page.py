@@ -45,6 +45,10 @@ START_ACTIONS = (
     kit.ActionInfo(
         "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
     ),
+    kit.ActionInfo(
+        "cameras", later("Cameras"),
+        later("GigE Vision cameras: live pictures, exposure, calibration by a board"), ("F6",),
+    ),
     kit.ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"),
                    ("F10",)),
     kit.ActionInfo("theme", later("Theme"), later("Switch between dark, light and high contrast"),
@@ -52,7 +56,7 @@ START_ACTIONS = (
     kit.ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
 _SMALL = ("archive", "manual", "about", "theme", "quit")
-_ONE_ROW = ("settings", "about")
+_ONE_ROW = ("settings", "cameras")
 _BUTTON_PX = 61
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.finished import LastJob
     from ocmm_gui.archive import ArchiveSheet
     from ocmm_gui.help import AboutSheet
+    from ocmm_gui.home._camera_sheet import CameraSheet
     from ocmm_gui.home._settings_page import SettingsPage
     from ocmm_gui.manual import ManualSheet
 
@@ -100,6 +101,7 @@ class StartWindow(kit.NoticeWindow):
                 "archive": self._archive,
                 "demo": lambda: self._leave_for(StartPurpose.DEMO),
                 "settings": self.show_settings,
+                "cameras": self._open_cameras,
                 "manual": self._open_manual,
                 "about": self._open_about,
                 "theme": self._next_theme,
@@ -196,6 +198,8 @@ class StartWindow(kit.NoticeWindow):
         if self._archive_sheet is not None:
             self._archive_sheet.close_work()
         self.browser.close_work()
+        if "cameras" in vars(self):
+            self.cameras.close_work()
         self.page.jobs.judging.cancel()
         self._lists.close(5.0)
         event.accept()
@@ -281,6 +285,17 @@ class StartWindow(kit.NoticeWindow):
         from ocmm_gui.help import AboutSheet
 
         return self._added(AboutSheet(lambda: site_of_this_user(self._store)), self.show_start)
+
+    @cached_property
+    def cameras(self) -> CameraSheet:
+        """Return the page that sets up cameras, created on demand."""
+        from ocmm_gui.home._camera_sheet import CameraSheet
+
+        return self._added(CameraSheet(lambda: self.loaded.settings), self.show_start)
+
+    def _open_cameras(self) -> None:
+        self._stack.setCurrentWidget(self.cameras)
+        self.cameras.open()
 
     def _open_about(self) -> None:
         self._stack.setCurrentWidget(self.about)

@@ -21,11 +21,11 @@ cv2: Any = opencv
 WIDTH, HEIGHT = 800, 700
 PATTERNS = ("*_left.png", "*_right.png")
 _PX_PER_MM = 4
-_FACING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+FACING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """The board upright, seen by cameras that look along y."""
 
 
-def _cameras() -> tuple[CameraModel, ...]:
+def wide_cameras() -> tuple[CameraModel, ...]:
     rig = load_rig(resource("rigs", "recommended.toml"))
     return tuple(
         replace(
@@ -88,7 +88,7 @@ def _markers(board: Board, square: int, *, from_the_bottom: bool) -> Any:
     return picture
 
 
-def _taken(camera: CameraModel, board: Board, rotation: Float, at: Float) -> Any:
+def picture_of(camera: CameraModel, board: Board, rotation: Float, at: Float) -> Any:
     """Return the picture of a board that lies at ``at``, turned by ``rotation``."""
     printed, first = _print_of(board)
     v, u = np.indices((HEIGHT, WIDTH))
@@ -110,13 +110,13 @@ def _taken(camera: CameraModel, board: Board, rotation: Float, at: Float) -> Any
 
 def _written(folder: Path, board: Board) -> tuple[list[Float], tuple[CameraModel, ...]]:
     """Write two views; return their true corners, (C, N, 2) each, and the cameras."""
-    cameras, true = _cameras(), []
+    cameras, true = wide_cameras(), []
     for number, turn in enumerate(([-0.3, 0.1, 3.0], [0.1, -0.35, 1.4])):
-        rotation, at = _FACING @ rotation_from_vector(np.array(turn)), np.array([0.0, 20.0, 0.0])
+        rotation, at = FACING @ rotation_from_vector(np.array(turn)), np.array([0.0, 20.0, 0.0])
         corners = board.corners @ rotation.T + at
         true.append(np.stack([project(camera, corners) for camera in cameras]))
         for camera in cameras:
-            picture = _taken(camera, board, rotation, at)
+            picture = picture_of(camera, board, rotation, at)
             cv2.imwrite(str(folder / f"{number}_{camera.name}.png"), picture)
     return true, cameras
 
@@ -159,7 +159,7 @@ def test_corners_are_found(tmp_path: Path, pattern: str, more: str) -> None:
 def test_a_board_whose_ends_look_alike_is_refused(tmp_path: Path) -> None:
     board = load_board(board_in(tmp_path, columns=8, rows=6))
     with pytest.raises(InputError, match="looks the same upside down"):
-        detect_corners(tmp_path, PATTERNS, _cameras(), board)
+        detect_corners(tmp_path, PATTERNS, wide_cameras(), board)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_what_is_no_picture_of_the_camera_is_refused(
     board = load_board(board_in(tmp_path, columns=8, rows=5))
     (tmp_path / "0_left.pgm").write_bytes(content)
     with pytest.raises(InputError) as refused:
-        detect_corners(tmp_path, ("*_left.pgm", "*_right.pgm"), _cameras(), board)
+        detect_corners(tmp_path, ("*_left.pgm", "*_right.pgm"), wide_cameras(), board)
     assert str(tmp_path / "0_left.pgm") in refused.value.what
     assert why in refused.value.what
 
@@ -180,9 +180,9 @@ def test_what_is_no_picture_of_the_camera_is_refused(
 def test_no_picture_and_no_board(tmp_path: Path) -> None:
     board = load_board(board_in(tmp_path, columns=8, rows=5))
     with pytest.raises(InputError, match="none of its 0 pictures"):
-        detect_corners(tmp_path, PATTERNS, _cameras(), board)
+        detect_corners(tmp_path, PATTERNS, wide_cameras(), board)
     cv2.imwrite(str(tmp_path / "0_left.png"), np.full((HEIGHT, WIDTH), 128, dtype=np.uint8))
     with pytest.raises(InputError, match="no picture shows the whole board"):
-        detect_corners(tmp_path, PATTERNS, _cameras(), board)
+        detect_corners(tmp_path, PATTERNS, wide_cameras(), board)
     with pytest.raises(InputError, match="none of its 0 pictures"):
-        detect_corners(tmp_path / "nowhere", PATTERNS, _cameras(), board)
+        detect_corners(tmp_path / "nowhere", PATTERNS, wide_cameras(), board)

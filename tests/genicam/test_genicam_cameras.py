@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -199,6 +200,27 @@ def test_exposure_is_set_by_the_brightest_led(played: Played) -> None:
     assert result["shape"] == [256, 256]
     assert 40_000 < result["picture"][0] <= 65_535
     assert result["left"] == 0
+
+
+@pytest.mark.slow
+def test_cameras_are_set_up_and_views_taken_in_the_window(tmp_path: Path) -> None:
+    """By its keys: exposure, darker, stored; a view of a board; too few views are refused."""
+    done = subprocess.run(
+        [*private_network(), sys.executable, "-m", "tests.genicam.camera_sheet_program", tmp_path],
+        cwd=ROOT, capture_output=True, text=True, timeout=HANG_S,
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert all("too dark" in one for one in found["first"])
+    assert all("good" in one for one in found["exposed"])
+    assert found["asked"] == "Field 'Board' is empty."
+    # The nine views that were in the folder count, too.
+    assert found["view"].startswith("View 10: 40, 40 corners. Camera 'left': ")
+    assert "focal length of camera 'left' is known only to" in found["refused"]
+    assert not found["accepts"]
+    assert found["kept"] == 1
+    assert found["left"] == 0
 
 
 def test_cameras_that_process_their_images_are_set_to_send_what_the_sensor_saw(
