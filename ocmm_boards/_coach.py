@@ -25,7 +25,10 @@ _LEAST_TILT = np.sin(np.radians(20.0))
 _TILTED_VIEWS = 2
 _SPREAD = 1.15
 """Largest over smallest distance."""
-_ROWS, _COLUMNS = ("upper", "middle", "lower"), ("left", "middle", "right")
+_PARTS = (
+    "upper left", "upper middle", "upper right", "left side", "middle part", "right side",
+    "lower left", "lower middle", "lower right",
+)  # fmt: skip
 _SIDES = ("left edge", "right edge", "upper edge", "lower edge")
 
 
@@ -92,17 +95,13 @@ class ViewCoach:
                     f"Camera '{camera.name}': tilt the board by 30 to 50 degrees, its {side} "
                     "towards the camera."
                 )
-            empty = np.argwhere(cells[index] == 0)
-            if len(empty):
-                row, column = (int(value) for value in empty[0])
-                return (
-                    f"Camera '{camera.name}': show the board in the {_ROWS[row]} "
-                    f"{_COLUMNS[column]} part of its picture."
-                )
+            part = _missing_part(cells[index])
+            if part:
+                return f"Camera '{camera.name}': show the board in the {part} of its picture."
             if distances.max() < _SPREAD * distances.min():
                 return f"Camera '{camera.name}': show the board nearer and farther away."
         left = _WANTED - len(usable)
-        return f"Go on with other places and tilts: {left} more views." if left > 0 else ""
+        return f"Go on with other places and tilts; views wanted: {left}." if left > 0 else ""
 
     def _poses(self, views: BoardViews, index: int) -> tuple[Pixels, Pixels]:
         """Return tilts of the board (n, 2), and distances (n,), mm, in one camera.
@@ -122,6 +121,14 @@ def _cells(camera: CameraModel, uv: Pixels) -> Int:
     counts, _, _ = np.histogram2d(seen[:, 1], seen[:, 0], bins=edges)
     found: Int = counts.astype(np.int64)
     return found
+
+
+def _missing_part(cells: Int) -> str:
+    """Return the first part of a picture without corners; empty if none."""
+    for part, count in zip(_PARTS, cells.ravel().tolist(), strict=True):
+        if count == 0:
+            return part
+    return ""
 
 
 def _missing_side(tilts: Pixels) -> str:

@@ -234,7 +234,7 @@ def expose(
          f"{one.width_px:.2f}", str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness))
         for one in looks
     ]  # fmt: skip
-    columns = heads("Serial", "Exposure, µs", "Gain", "Brightest", "Spot, px", "LEDs", "Incomplete",
+    columns = heads("Serial", "Exposure, µs", "Gain", "Brightest", "Spot px", "LEDs", "Incomplete",
                     "Verdict")  # fmt: skip
     print_grid(console, columns, rows)
     if keep:

@@ -1689,8 +1689,140 @@ Startet: {source}</translation>
         <translation>Prüfplan anlegen oder ändern</translation>
     </message>
     <message>
+        <source>Expose by LEDs</source>
+        <translation>Nach LEDs belichten</translation>
+    </message>
+    <message>
+        <source>The brightest LED fills 70 % of a pixel; all cameras get one time</source>
+        <translation>Die hellste LED füllt ein Pixel zu 70 %; alle Kameras erhalten eine Zeit</translation>
+    </message>
+    <message>
+        <source>Darker</source>
+        <translation>Dunkler</translation>
+    </message>
+    <message>
+        <source>Shorter exposure by a fifth</source>
+        <translation>Belichtung um ein Fünftel kürzer</translation>
+    </message>
+    <message>
+        <source>Brighter</source>
+        <translation>Heller</translation>
+    </message>
+    <message>
+        <source>Longer exposure by a quarter</source>
+        <translation>Belichtung um ein Viertel länger</translation>
+    </message>
+    <message>
+        <source>Store the settings in the cameras, loaded at power-up</source>
+        <translation>Einstellungen in den Kameras speichern; beim Einschalten geladen</translation>
+    </message>
+    <message>
+        <source>Take view</source>
+        <translation>Ansicht aufnehmen</translation>
+    </message>
+    <message>
+        <source>Hold the board still: one picture of each camera</source>
+        <translation>Die Tafel ruhig halten: ein Bild jeder Kamera</translation>
+    </message>
+    <message>
         <source>Calibrate</source>
         <translation>Kalibrieren</translation>
+    </message>
+    <message>
+        <source>By all views in the folder</source>
+        <translation>Mit allen Ansichten des Ordners</translation>
+    </message>
+    <message>
+        <source>Put the calibration in force; it must be verified</source>
+        <translation>Die Kalibrierung in Kraft setzen; sie muss verifiziert werden</translation>
+    </message>
+    <message>
+        <source>Stop the calculation</source>
+        <translation>Die Rechnung beenden</translation>
+    </message>
+    <message>
+        <source>Board</source>
+        <translation>Tafel</translation>
+    </message>
+    <message>
+        <source>Document of the calibration board</source>
+        <translation>Dokument der Kalibriertafel</translation>
+    </message>
+    <message>
+        <source>Views</source>
+        <translation>Ansichten</translation>
+    </message>
+    <message>
+        <source>Folder of the pictures; continued if it has some</source>
+        <translation>Ordner der Bilder; vorhandene werden fortgesetzt</translation>
+    </message>
+    <message>
+        <source>For the record</source>
+        <translation>Für das Protokoll</translation>
+    </message>
+    <message>
+        <source>The cameras load these settings at power-up.</source>
+        <translation>Die Kameras laden diese Einstellungen beim Einschalten.</translation>
+    </message>
+    <message>
+        <source>no image</source>
+        <translation>kein Bild</translation>
+    </message>
+    <message>
+        <source>Next view</source>
+        <translation>Nächste Ansicht</translation>
+    </message>
+    <message>
+        <source>Take views of a board to calibrate the cameras.</source>
+        <translation>Zum Kalibrieren Ansichten einer Tafel aufnehmen.</translation>
+    </message>
+    <message>
+        <source>Opening the cameras</source>
+        <translation>Kameras werden geöffnet</translation>
+    </message>
+    <message>
+        <source>Picture of camera {name}</source>
+        <translation>Bild der Kamera {name}</translation>
+    </message>
+    <message>
+        <source>Brightest LED of camera {name}</source>
+        <translation>Hellste LED der Kamera {name}</translation>
+    </message>
+    <message>
+        <source>Live; wave the probe through the volume, then press F2.</source>
+        <translation>Live; den Taster durch das Volumen bewegen, dann F2 drücken.</translation>
+    </message>
+    <message>
+        <source>Hold the board still</source>
+        <translation>Die Tafel ruhig halten</translation>
+    </message>
+    <message>
+        <source>View {number}: {corners} corners. {wanted}</source>
+        <translation>Ansicht {number}: {corners} Ecken. {wanted}</translation>
+    </message>
+    <message>
+        <source>View {number} is stored.</source>
+        <translation>Ansicht {number} ist gespeichert.</translation>
+    </message>
+    <message>
+        <source>unnamed</source>
+        <translation>ohne Namen</translation>
+    </message>
+    <message>
+        <source>In force, and SUSPECT until it is verified: Calibrate (M), Verification.</source>
+        <translation>In Kraft und FRAGLICH bis zur Verifikation: Kalibrieren (M), Verifikation.</translation>
+    </message>
+    <message>
+        <source>{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness {focus} % of the best; incomplete images: {incomplete} of {images}</source>
+        <translation>{serial}: Belichtung {exposure} µs, Verstärkung {gain}; Lichtpunkte: {spots}, {width} px breit; Schärfe {focus} % der besten; unvollständige Bilder: {incomplete} von {images}</translation>
+    </message>
+    <message>
+        <source>{views} views; residuals {rms:.3f} px RMS; corners scatter by {sigma:.3f} px.</source>
+        <translation>{views} Ansichten; Restfehler {rms:.3f} px RMS; Ecken streuen um {sigma:.3f} px.</translation>
+    </message>
+    <message>
+        <source>Accept (F8) puts it in force.</source>
+        <translation>Annehmen (F8) setzt sie in Kraft.</translation>
     </message>
     <message>
         <source>Cameras, probe and tip: state and procedures</source>
@@ -1719,6 +1851,10 @@ Startet: {source}</translation>
     <message>
         <source>Read about this page, and search the manual</source>
         <translation>Zu dieser Seite nachlesen und im Handbuch suchen</translation>
+    </message>
+    <message>
+        <source>GigE Vision cameras: live pictures, exposure, calibration by a board</source>
+        <translation>GigE-Vision-Kameras: Livebilder, Belichtung, Kalibrierung mit einer Tafel</translation>
     </message>
     <message>
         <source>Theme</source>
@@ -3008,7 +3144,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Rig plan; empty: the rig of the thesis</source>
-        <translation>Rig-Plan; leer: das Rig der Dissertation</translation>
+        <translation>Plan des Kamerasystems; leer: das der Dissertation</translation>
     </message>
     <message>
         <source>Placements</source>
@@ -3028,7 +3164,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>the rig of the thesis</source>
-        <translation>das Rig der Dissertation</translation>
+        <translation>das der Dissertation</translation>
     </message>
     <message>
         <source>not written</source>
@@ -3072,7 +3208,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Planned rig</source>
-        <translation>Geplantes Rig</translation>
+        <translation>Geplantes Kamerasystem</translation>
     </message>
     <message>
         <source>Predict</source>
@@ -6821,11 +6957,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Rig plan</source>
-        <translation>Rig-Plan</translation>
+        <translation>Systemplan</translation>
     </message>
     <message>
         <source>U of a planned rig, and as calibrated</source>
-        <translation>U eines geplanten Rigs, und wie kalibriert</translation>
+        <translation>U eines geplanten Kamerasystems, und wie kalibriert</translation>
     </message>
     <message>
         <source>Calibration status of the cameras</source>
@@ -8611,14 +8747,6 @@ Startet: {source}</translation>
         <translation>Fenster</translation>
     </message>
     <message>
-        <source>simulated, ethercat:INTERFACE, ethercat:service or replay:FILE</source>
-        <translation>simulated, ethercat:INTERFACE, ethercat:service oder replay:FILE</translation>
-    </message>
-    <message>
-        <source>Document of the cameras</source>
-        <translation>Dokument der Kameras</translation>
-    </message>
-    <message>
         <source>Document of the probe</source>
         <translation>Dokument des Tasters</translation>
     </message>
@@ -8889,6 +9017,14 @@ Startet: {source}</translation>
     <message>
         <source>Machine</source>
         <translation>Maschine</translation>
+    </message>
+    <message>
+        <source>simulated, ethercat:INTERFACE, ethercat:service, genicam:SERIAL,SERIAL, a tracker (igtl:, natnet:, ndi:, qtm:) or replay:FILE</source>
+        <translation>simulated, ethercat:SCHNITTSTELLE, ethercat:service, genicam:NUMMER,NUMMER, ein Tracker (igtl:, natnet:, ndi:, qtm:) oder replay:DATEI</translation>
+    </message>
+    <message>
+        <source>Document of the cameras or of the tracker</source>
+        <translation>Dokument der Kameras oder des Trackers</translation>
     </message>
     <message>
         <source>Name of the measuring machine</source>

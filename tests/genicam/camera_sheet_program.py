@@ -169,10 +169,10 @@ def main() -> None:
         until(sheet.keys["view"].isEnabled)
         for _ in range(5):
             # On a busy computer images may be incomplete: a person presses the key again.
-            before = len(told)
+            told.clear()
             press(Qt.Key.Key_F6)
-            until(lambda: "10: 40, 40" in sheet.wanted.text() or len(told) > before)
-            if len(told) == before:
+            until(lambda: "10: 40, 40" in sheet.wanted.text() or bool(told))
+            if not told:
                 break
             until(sheet.keys["view"].isEnabled)
         found["view"] = sheet.wanted.text()
