@@ -41,8 +41,7 @@ class RigidTransform:
 
     def apply(self, points: Float) -> Float:
         """Return ``points`` (..., 3), mm, of frame b expressed in frame a."""
-        moved: Float = points @ self.rotation.T + self.translation
-        return moved
+        return points @ self.rotation.T + self.translation
 
     def inverse(self) -> RigidTransform:
         """Return the motion from frame a to frame b."""

@@ -152,8 +152,7 @@ def left_jacobian(vector: Float) -> Float:
     angle = float(np.linalg.norm(vector))
     cross = skew(vector)
     if angle < 1e-4:
-        small: Float = np.eye(3) + 0.5 * cross + cross @ cross / 6.0
-        return small
+        return np.eye(3) + 0.5 * cross + cross @ cross / 6.0
     jacobian: Float = (
         np.eye(3)
         + (1.0 - np.cos(angle)) / angle**2 * cross

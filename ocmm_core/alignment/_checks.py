@@ -296,8 +296,7 @@ def _turned(jacobian: Rows, T_nominal_from_part: RigidTransform) -> Rows:
 
 def _spread(jacobian: Rows, factors: PointFactors) -> Float:
     variances = np.diagonal(factors.covariance_of(jacobian))
-    spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
-    return spread
+    return COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
 
 
 def _free(bound: rules.BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, ...]:

@@ -229,8 +229,7 @@ def _rows(shape: Shape, nominal: Float) -> Float:
     direction = nominal[DIRECTION]
     match shape.spec.located:
         case "along":
-            rows: Float = direction[None]
-            return rows
+            return direction[None]
         case "everywhere":
             return np.eye(3)
         case "across":

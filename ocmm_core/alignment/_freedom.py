@@ -167,8 +167,7 @@ def rotation_between(first: Float, second: Float) -> Float:
         flip = 2.0 * np.outer(across, across) - np.eye(3)
     start = flip @ first
     turn = skew(cross(start, second))
-    rotation: Float = (np.eye(3) + turn + turn @ turn / (1.0 + start @ second)) @ flip
-    return rotation
+    return (np.eye(3) + turn + turn @ turn / (1.0 + start @ second)) @ flip
 
 
 def cross(first: Float, second: Float) -> Float:

@@ -265,8 +265,7 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
         total += vector * length
     if reached < distance:
         return None
-    direction: Float = total / np.linalg.norm(total)
-    return direction
+    return total / np.linalg.norm(total)
 
 
 METHODS = ("approach", "pulled", "shank", "nominal")

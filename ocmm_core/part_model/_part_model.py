@@ -83,8 +83,7 @@ class PartModel:
     @property
     def box(self) -> Float:
         """Return the minimum and the maximum coordinates, (2, 3), mm."""
-        corners: Float = np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
-        return corners
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -357,5 +357,4 @@ def _relative(
 
 
 def _moved(turn: Float, shift: Float, points: Float) -> Float:
-    moved: Float = (turn @ points[:, :, None])[:, :, 0] + shift
-    return moved
+    return (turn @ points[:, :, None])[:, :, 0] + shift

@@ -77,8 +77,7 @@ def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
             laid.append(shape @ rotation.T + translation)
         mean = np.median(laid, axis=0)
     rotation, translation = rigid_fit(mean, body.leds_probe)
-    start: Points3 = mean @ rotation.T + translation
-    return start
+    return mean @ rotation.T + translation
 
 
 def start_bars(rig: Rig, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
@@ -191,8 +190,7 @@ def _judge(data: BundleData, state: BundleState) -> tuple[Float, Float, Float]:
 
 def _lengths(off: Float, weights: Float) -> Float:
     known = np.where(weights > 0.0, weights, np.nan)
-    lengths: Float = np.hypot(off[..., 0], off[..., 1]) * known
-    return lengths
+    return np.hypot(off[..., 0], off[..., 1]) * known
 
 
 def _without(

@@ -339,5 +339,4 @@ def _result(
 def indices_of_wrong(fit: CameraFit) -> Int:
     """Return the indices of outliers, the worst first."""
     wrong = np.flatnonzero(~fit.used)
-    ordered: Int = wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)
-    return ordered
+    return wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)

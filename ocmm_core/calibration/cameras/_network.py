@@ -32,8 +32,7 @@ from ocmm_core.tracking import triangulate
 def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
     """Return a camera's covariance (14, 14), scaled by chi-square per dof if above one."""
     stretch = _stretch(fit, points)
-    own: Float = fit.covariance * max(1.0, fit.chi2 / fit.dof) + np.outer(stretch, stretch)
-    return own
+    return fit.covariance * max(1.0, fit.chi2 / fit.dof) + np.outer(stretch, stretch)
 
 
 def joint_covariance(

@@ -126,11 +126,10 @@ def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: Pro
 
     Derivatives as in `RestingTouch`, or their difference between touches: shared effects cancel.
     """
-    covariance: Float = (
+    return (
         by_cameras @ rig.parameter_covariance @ by_cameras.T
         + by_geometry @ body.geometry_covariance @ by_geometry.T
     )
-    return covariance
 
 
 def joint_covariance(
@@ -267,8 +266,7 @@ def place_of_ball(
 
 def handle_axis(body: ProbeBody) -> Float:
     """Return the direction from the ball to the middle of the LEDs, (3,), probe frame."""
-    axis: Float = unit(body.leds_probe.mean(axis=0) - body.tip_probe)
-    return axis
+    return unit(body.leds_probe.mean(axis=0) - body.tip_probe)
 
 
 def _covariance(

@@ -277,5 +277,4 @@ def hash_of(*arrays: Float) -> str:
 
 
 def _symmetric(covariance: Float) -> Float:
-    half: Float = 0.5 * (covariance + covariance.T)
-    return half
+    return 0.5 * (covariance + covariance.T)

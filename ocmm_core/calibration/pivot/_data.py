@@ -54,8 +54,7 @@ class PivotSweep:
     def weights(self) -> Float:
         """Return the weights of the spots (n, C, L), 1/px; zero if unseen."""
         seen = np.isfinite(self.uv).all(axis=3)
-        weights: Float = np.where(seen, 1.0 / self.sigma_px[:, None, None], 0.0)
-        return weights
+        return np.where(seen, 1.0 / self.sigma_px[:, None, None], 0.0)
 
     def only(self, chosen: NDArray[np.bool_]) -> PivotSweep:
         return replace(self, uv=self.uv[chosen], sigma_px=self.sigma_px[chosen])

@@ -211,8 +211,7 @@ def _piece(section: Section, gravity: float) -> tuple[Float, ...]:
 
 
 def _between(ends: tuple[float, float], share: Float) -> Float:
-    values: Float = ends[0] + (ends[1] - ends[0]) * share
-    return values
+    return ends[0] + (ends[1] - ends[0]) * share
 
 
 REFERENCE_C = 20.0

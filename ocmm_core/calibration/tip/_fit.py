@@ -323,8 +323,7 @@ def _solved(normals: Points3, covariance: Float) -> tuple[Float, Float]:
 def _plain_residuals(normals: Points3, covariance: Float) -> Float:
     rows = _rows(normals)
     left = np.eye(len(rows)) - rows @ np.linalg.pinv(rows)
-    residuals: Float = left @ covariance @ left.T
-    return residuals
+    return left @ covariance @ left.T
 
 
 def _undetermined() -> CalibrationError:

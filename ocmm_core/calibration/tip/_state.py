@@ -122,8 +122,7 @@ class TouchState:
 
     def handle(self, touch: guided.RestingTouch) -> Float:
         """Return the direction from the ball to the handle, (3,), world."""
-        axis: Float = touch.rotation_world_from_probe @ guided.handle_axis(self.body)
-        return axis
+        return touch.rotation_world_from_probe @ guided.handle_axis(self.body)
 
     def next_words(self) -> str:
         """Return the name of the next place on the sphere; empty after the last."""

@@ -38,8 +38,7 @@ _SHA256 = "SHA-256"
 
 def dcc_bytes(paper: Certificate) -> bytes:
     """Return a certificate as a DCC without signature; errors as `dcc_tree`."""
-    content: bytes = etree.tostring(dcc_tree(paper), xml_declaration=True, encoding="UTF-8")
-    return content
+    return etree.tostring(dcc_tree(paper), xml_declaration=True, encoding="UTF-8")
 
 
 def dcc_tree(paper: Certificate) -> etree._Element:

@@ -195,8 +195,7 @@ def quadric_axes(points: Float) -> Float:
     c = np.concatenate([algebraic[:, :6], weighed[:, :6]])
     c[:, 3:] *= 0.5
     matrices = c[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-    axes: Float = np.linalg.eigh(matrices)[1].swapaxes(1, 2).reshape(-1, 3)
-    return axes
+    return np.linalg.eigh(matrices)[1].swapaxes(1, 2).reshape(-1, 3)
 
 
 def across_axes(axis: Float) -> tuple[Float, Float]:

@@ -39,8 +39,7 @@ NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
 
 def _spread(count: int) -> Float:
     """Return ``count`` places from -0.5 to 0.5, away from the ends."""
-    spread: Float = np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
-    return spread
+    return np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
 
 
 def across_of(nominal: NominalFeature) -> Float:
@@ -92,13 +91,11 @@ def on_plane(
 
 
 def _turns(count: int, offset: float = 0.0) -> Float:
-    turns: Float = 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
-    return turns
+    return 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
 
 
 def _radial(first: Float, second: Float, turns: Float) -> Float:
-    radial: Float = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
-    return radial
+    return np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
 
 
 def around_axis(

@@ -101,8 +101,7 @@ def _free(zone: Fit, by_geometry: Float) -> Float:
     scales = np.linalg.norm(free, axis=0)
     free = free[:, scales > 0.0] / scales[scales > 0.0]
     u, strengths, _ = np.linalg.svd(free, full_matrices=False)
-    independent: Float = u[:, strengths > _FLAT * strengths[0]]
-    return independent
+    return u[:, strengths > _FLAT * strengths[0]]
 
 
 def _shares(zone: Fit, free: Float) -> Float:

@@ -66,8 +66,7 @@ def noise_floor(noise: FormNoise, extent: Extent, seed: int = SEED) -> float:
 def least_greatest(deviations: Float, free: Float) -> Float:
     """Return the minimised greatest amount (b,) of rows over ``free``, to two percent."""
     lower, upper = bounds_of_least(deviations, free, _STEPS)
-    middle: Float = 0.5 * (upper + np.minimum(lower, upper))
-    return middle
+    return 0.5 * (upper + np.minimum(lower, upper))
 
 
 def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
