@@ -237,7 +237,12 @@ def average(
     if noise is not None:
         still = noise.judge(window, judged, options.still_mm)
     else:
-        still = _judge(window, judged, options.still_mm)
+        still = tracking.judge_stillness(
+            _seconds(window)[judged],
+            window.tip_world[judged],
+            window.tip_covariance[judged],
+            options.still_mm,
+        )
     if still.motion is not None:
         return _moving(still.motion, time_s)
     if not enough:
@@ -305,12 +310,6 @@ def _alike(seen: NDArray[np.uint64], good: NDArray[np.bool_]) -> NDArray[np.bool
 
 def _seconds(window: tracking.TrackBlock) -> Float:
     return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
-
-
-def _judge(window: tracking.TrackBlock, frames: Int, limit_mm: float) -> tracking.Stillness:
-    return tracking.judge_stillness(
-        _seconds(window)[frames], window.tip_world[frames], window.tip_covariance[frames], limit_mm
-    )
 
 
 def _motion_of_reference(

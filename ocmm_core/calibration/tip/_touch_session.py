@@ -191,19 +191,15 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
         used = sphere_warnings(begun.sphere, self._cameras.active(), self._cameras.verifications())
         return (*let_pass(known, force=False), *used)
 
-    @property
-    def _made_utc(self) -> str:
-        return max(event.utc for event in self._state.taken)
-
     def _record(self, kind: Callable[..., R], **own: object) -> R:
         """Return a record of the observations, with the fields of its kind."""
         taken = self._state.taken
         cone = self._begun.cone
         return kind(
-            probe=self._records.calibration.probe, tip=self.tip, made_utc=self._made_utc,
-            made_by=self._begun.who, software=self._begun.software,
-            temperature_c=self._begun.temperature_c, rig=self.rig.name,
-            rig_identity=self.rig.identity,
+            probe=self._records.calibration.probe, tip=self.tip,
+            made_utc=max(event.utc for event in taken), made_by=self._begun.who,
+            software=self._begun.software, temperature_c=self._begun.temperature_c,
+            rig=self.rig.name, rig_identity=self.rig.identity,
             data_sha256=guided.hash_of(np.array([guided.from_spots(event.uv) for event in taken])),
             calibration=self._begun.running,
             artefacts=(self.sphere.artefact.use, *((cone,) if cone is not None else ())), **own,
