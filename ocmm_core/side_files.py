@@ -139,9 +139,9 @@ def open_guarded(
     return descriptor
 
 
-def read_guarded(path: Path, most: int, *, follow: bool = True, private: bool = False) -> bytes:
+def read_guarded(path: Path, most: int, *, follow: bool = True) -> bytes:
     """Return the content of a regular file as of `open_guarded`; OSError as there."""
-    descriptor = open_guarded(path, follow=follow, most=most, private=private)
+    descriptor = open_guarded(path, follow=follow, most=most)
     with open(descriptor, "rb") as stream:  # noqa: PTH123 - looked at and read by one descriptor
         content = stream.read(most + 1)
     if len(content) > most:

@@ -233,10 +233,10 @@ class Master:
         self._master.state = state
         self._master.write_state()
 
-    def reach(self, state: int, meanwhile: Callable[[], object] = lambda: None) -> None:
+    def reach(self, state: int) -> None:
         """Wait until all devices are in a state; pysoem's own wait would hold the GIL."""
         for _ in self.steps_to(state):
-            meanwhile()
+            pass
 
     def steps_to(self, state: int) -> Iterator[None]:
         """Yield until all devices are in a state; raise BusError after the time limit."""

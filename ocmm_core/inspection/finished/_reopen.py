@@ -221,23 +221,18 @@ def reopen_job(
     calibrations: Path | None = None,
     *,
     alone: bool = False,
-    known: KnownOfJob | None = None,
 ) -> ReopenedJob:
     """Open a job read-only and recalculate everything in it.
 
     ``probes``, ``calibrations``: folders of histories, None for those of this user. ``alone``:
-    without histories and this computer's memory of its end. ``known``: of another computer
-    (`known_here`); nothing is looked up here. StorageError: the file is missing, no job file, newer
-    than this program, damaged or unreadable. InputError: a document in it cannot be used.
-    OcmmError: the points do not belong to its documents.
+    without histories and this computer's memory of its end. StorageError: the file is missing, no
+    job file, newer than this program, damaged or unreadable. InputError: a document in it cannot be
+    used. OcmmError: the points do not belong to its documents.
     """
     path = Path(path)
     tell("Copying the job", 0.0)
     with JobFile.read(path) as job, _told_of(path):
-        if known is None and alone:
-            known = known_alone(job)
-        elif known is None:
-            known = known_here(job, path, probes, calibrations)
+        known = known_alone(job) if alone else known_here(job, path, probes, calibrations)
         return _reopened(path, job, known, tell)
 
 
