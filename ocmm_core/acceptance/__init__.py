@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         procedure_files,
     )  # fmt: skip
     from ocmm_core.acceptance._recompute import (
-        chain_history, differences, load_record, load_signed_record, recompute, recompute_tips,
+        chain_history, differences, load_signed_record, recompute, recompute_tips,
         save_record,
     )  # fmt: skip
     from ocmm_core.acceptance._register import (
@@ -77,10 +77,10 @@ __all__ = [
     "begin_findings", "block_length", "certified_at", "chain_history", "check_entry", "check_of",
     "climate_reasons", "default_artefact_folder", "differences", "dissimilar", "faces_normal",
     "find_procedure", "finished_tests", "interim_chart", "judge", "kind_of", "load_artefact",
-    "load_procedure", "load_record", "load_signed_record", "load_used", "location_value",
-    "nest_lengths", "note_check", "offered_artefacts", "offered_procedures", "open_tests",
-    "part_uncertainty", "plan_of", "procedure_files", "read_temperature", "recompute",
-    "recompute_tips", "repeat_ranges", "reserved_spots", "save_record", "smallest_ball",
-    "spat_values", "sphere_values", "spots_hash", "thermometer_log", "thickness", "typed_entry",
-    "used_bar", "used_sphere", "values_of", "volumetric_values", "worst_value",
+    "load_procedure", "load_signed_record", "load_used", "location_value", "nest_lengths",
+    "note_check", "offered_artefacts", "offered_procedures", "open_tests", "part_uncertainty",
+    "plan_of", "procedure_files", "read_temperature", "recompute", "recompute_tips",
+    "repeat_ranges", "reserved_spots", "save_record", "smallest_ball", "spat_values",
+    "sphere_values", "spots_hash", "thermometer_log", "thickness", "typed_entry", "used_bar",
+    "used_sphere", "values_of", "volumetric_values", "worst_value",
 ]  # fmt: skip

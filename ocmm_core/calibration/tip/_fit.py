@@ -254,28 +254,13 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
     return tuple(found)
 
 
-def predicted_covariance(
-    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
-) -> Float:
-    """Return the predicted covariance (4, 4), mm^2, of centre and radius; infinite if undetermined.
-
-    Directions from its centre; ``more`` (m, 3) are as uncertain as their nearest recorded one.
-    """
-    predicted = _predicted(touches, directions, rig, body, more)
-    return np.full((4, 4), np.inf) if predicted is None else predicted[0]
-
-
 def predicted_errors(
     touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> DiameterErrors | None:
-    """Return predicted contributions to the uncertainty; see `predicted_covariance`."""
-    predicted = _predicted(touches, directions, rig, body, more)
-    return None if predicted is None else predicted[1]
+    """Return predicted contributions to the uncertainty; None if undetermined.
 
-
-def _predicted(
-    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
-) -> tuple[Float, DiameterErrors] | None:
+    Directions from its centre; ``more`` (m, 3) are as uncertain as their nearest recorded one.
+    """
     if not len(touches):
         return None
     nearest = np.argmax(more @ directions.T, axis=1) if len(more) else np.empty(0, dtype=np.int64)
@@ -284,9 +269,8 @@ def _predicted(
     rows = _rows(normals)
     if len(rows) < 4 or np.linalg.cond(rows) > np.sqrt(_WORST_CONDITION):
         return None
-    of_points = joint_covariance(all_touches, normals[:, None], rig, body)
-    covariance, gain = _solved(normals, of_points)
-    return covariance, errors_of(all_touches, normals, 2.0 * gain[3])
+    _, gain = _solved(normals, joint_covariance(all_touches, normals[:, None], rig, body))
+    return errors_of(all_touches, normals, 2.0 * gain[3])
 
 
 def centre_of_few(tips: Points3, radius: float, pole: Float) -> Float:

@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.export.certificate._content import (
         SIMULATED_WORDS, Certificate, CertificateLine, CertificateRun, CertificateValue, Conformity,
-        air_said, certificate_facts, certificate_title, open_certificate_clauses, rule_said,
+        air_said, certificate_facts, certificate_title, rule_said,
     )  # fmt: skip
-    from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
         certificate_of_acceptance, certificate_of_cameras, certificate_of_folder,
@@ -42,7 +41,6 @@ __all__ = [
     "TrustedSigners", "XmlSignature", "XmlSignatureWord", "air_said", "artefact_fields",
     "artefact_text", "certificate_facts", "certificate_of_acceptance", "certificate_of_calibration",
     "certificate_of_cameras", "certificate_of_folder", "certificate_of_tip", "certificate_title",
-    "check_dcc_seal", "dcc_bytes", "open_certificate_clauses", "quantities_read", "read_dcc",
-    "rule_said", "signed_certificates", "trust_laboratory", "trusted_signers", "write_certificate",
-    "write_certificates",
+    "check_dcc_seal", "quantities_read", "read_dcc", "rule_said", "signed_certificates",
+    "trust_laboratory", "trusted_signers", "write_certificate", "write_certificates",
 ]  # fmt: skip

@@ -36,11 +36,6 @@ _MM = "\\milli\\metre"
 _SHA256 = "SHA-256"
 
 
-def dcc_bytes(paper: Certificate) -> bytes:
-    """Return a certificate as a DCC without signature; errors as `dcc_tree`."""
-    return etree.tostring(dcc_tree(paper), xml_declaration=True, encoding="UTF-8")
-
-
 def dcc_tree(paper: Certificate) -> etree._Element:
     """Return a certificate as a DCC without signature; StorageError if a number is not finite."""
     root = etree.Element(f"{{{DCC}}}digitalCalibrationCertificate", nsmap={"dcc": DCC, "si": SI})

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.inspection.plan._file_beside import (
         PartOfPlan, carry_model, carry_pictures, part_of_plan, with_model, with_picture,
-        without_file, without_model,
+        without_file,
     )  # fmt: skip
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._plan import (
@@ -57,5 +57,5 @@ __all__ = [
     "require_consistent", "require_released", "requirement_count", "requirement_states",
     "save_plan", "source_of", "step_fault", "stored_plan", "surface_profile", "taught_plan",
     "usual_points", "with_alignment", "with_head", "with_model", "with_model_fit", "with_picture",
-    "with_profiles", "with_requirements", "without_file", "without_model",
+    "with_profiles", "with_requirements", "without_file",
 ]  # fmt: skip

@@ -283,11 +283,6 @@ def _copied(files: part_model.FilesOfModel, folder: Path, stem: str) -> Path:
         raise _MODEL.not_written(folder, error) from error
 
 
-def without_model(plan: Plan) -> Plan:
-    """Return the plan without a CAD model; its file is kept."""
-    return msgspec.structs.replace(plan, model=None)
-
-
 def carry_model(plan: Plan, old: Path, new: Path) -> None:
     """Copy the CAD model of a plan to another folder; existing files are kept.
 
