@@ -84,9 +84,7 @@ def judge_position(at: Situation, position: int) -> str:
             return hint
     if isinstance(numbers, procedure.LocationTest):
         return _attitude(at, position, numbers)
-    if isinstance(numbers, procedure.SpatTest):
-        return _turned(at, position, numbers)
-    return ""
+    return _turned(at, position, numbers) if isinstance(numbers, procedure.SpatTest) else ""
 
 
 def _line(at: Situation, position: int, numbers: procedure.LengthTest | procedure.E0Test) -> str:

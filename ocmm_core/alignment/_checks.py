@@ -172,9 +172,7 @@ def _known(
 
 
 def _once(field: str, names: Sequence[str]) -> Fault | None:
-    if len(set(names)) < len(names):
-        return field, "names one feature twice"
-    return None
+    return (field, "names one feature twice") if len(set(names)) < len(names) else None
 
 
 def _need(

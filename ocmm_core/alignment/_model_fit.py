@@ -178,8 +178,7 @@ def _check_open(rows: Float, scale: Float, free: Sequence[int], centre: Float) -
     about = rows.copy()
     for place, index in enumerate(free):
         if index < 3:
-            axis = np.eye(3)[index]
-            lever = np.cross(centre, axis)
+            lever = np.cross(centre, np.eye(3)[index])
             for other, shift in enumerate(free):
                 if shift >= 3:
                     about[:, place] += lever[shift - 3] * scale[place] * rows[:, other]

@@ -345,8 +345,7 @@ def _independent_share(tips: Float, covariances: Float, rig: Rig) -> float:
     found = min(found + (1.0 + 4.0 * found) / len(tips), 0.99)
     stated = rig.markers.document.noise.correlation
     doubt = np.sqrt((1.0 - stated**2) / plain.size)
-    correlation = found if found > stated + _CLEARLY * doubt else stated
-    return independent_share(correlation)
+    return independent_share(found if found > stated + _CLEARLY * doubt else stated)
 
 
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:

@@ -263,9 +263,7 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
         else:
             reached = float(length)
         total += vector * length
-    if reached < distance:
-        return None
-    return total / np.linalg.norm(total)
+    return None if reached < distance else total / np.linalg.norm(total)
 
 
 METHODS = ("approach", "pulled", "shank", "nominal")

@@ -203,8 +203,7 @@ def _bernstein(breaks: Float, degree: int, parameters: Float, orders: int = 2) -
     width = breaks[spans + 1] - breaks[spans]
     share = (parameters - breaks[spans]) / width
     found = np.zeros((len(parameters), orders + 1, degree + 1))
-    values = _polynomials(share, degree)
-    found[:, 0] = values
+    found[:, 0] = _polynomials(share, degree)
     for order in range(1, orders + 1):
         if degree < order:
             break

@@ -246,8 +246,7 @@ def drop_if_empty(job: JobFile) -> None:
 
 def drop_job_without_points(path: Path) -> bool:
     """Remove a closed job without points, return if so; StorageError: in use or damaged, kept."""
-    job = JobFile.open(path)
-    drop_if_empty(job)
+    drop_if_empty(JobFile.open(path))
     return not path.exists()
 
 

@@ -166,8 +166,7 @@ def _settled(data: BundleData, prior: Prior, start: BundleState) -> BundleState:
     state, last = start, math.inf
     for _ in range(_ROUNDS):
         distances, bar_distances, _ = _judge(data, state)
-        everything = np.concatenate([distances.ravel(), bar_distances.ravel()])
-        scale = scale_of(everything)
+        scale = scale_of(np.concatenate([distances.ravel(), bar_distances.ravel()]))
         weighted = data.scaled(*(_cauchy(d, 3.0 * scale) for d in (distances, bar_distances)))
         state = adjust(weighted, prior, state, _STEPS_PER_ROUND).state
         if abs(last - scale) <= 1e-2 * scale:

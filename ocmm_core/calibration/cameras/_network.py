@@ -88,8 +88,6 @@ class Outlier:
     name: str
     miss_px: Float
     """(2,), observed minus predicted."""
-    sigmas: float
-    """Its length in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +167,7 @@ def calibrate_rig(
         indices.append(seen)
         terms = guards.judge_lens_terms(fit)
         findings.append([*found, *guards.judge_lens(nominal.name, fit.sigma_px, terms)])
-    of_rig = _baselines(rig, fits)
-    everything = [*of_rig, *(one for found in findings for one in found)]
+    everything = [*_baselines(rig, fits), *(one for found in findings for one in found)]
     warnings = let_pass(everything, force)
     cameras = tuple(
         _camera_calibration(fit, points, seen, let_pass(found, force))
@@ -243,8 +240,7 @@ def _camera_calibration(
     fit: CameraFit, points: KnownPoints, seen: Int, warnings: tuple[Finding, ...]
 ) -> CameraCalibration:
     outliers = tuple(
-        Outlier(points.names[seen[i]], fit.residuals_px[i], float(fit.distances[i]))
-        for i in indices_of_wrong(fit)
+        Outlier(points.names[seen[i]], fit.residuals_px[i]) for i in indices_of_wrong(fit)
     )
     return CameraCalibration(
         model=fit.camera.model, covariance=own_covariance(fit, points), rms_px=fit.rms_px,

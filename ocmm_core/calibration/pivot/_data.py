@@ -151,8 +151,6 @@ class PivotCalibration:
     """`rms_px`, `chi2`, `dof`: Of the residuals of used frames."""
     tips_world: Points3
     """(n, 3), mm: the tip from each single frame, or NaN."""
-    block: int
-    """Block length of the bootstrap, frames."""
     coverage: SweepCoverage
     thesis: ThesisPivot
     """The thesis's method applied to the same frames."""
@@ -160,7 +158,6 @@ class PivotCalibration:
     """(3,), mm: the tip by the thesis's method, in the same frame as `tip_probe`."""
     warnings: tuple[Finding, ...]
     """Findings that did not refuse it."""
-    iterations: int
     forced: bool
 
     @property

@@ -101,10 +101,6 @@ class SweepWatch:
         return self._phase
 
     @property
-    def in_cone(self) -> bool:
-        return self._phase in (SweepPhase.COUNTDOWN, SweepPhase.TAKING)
-
-    @property
     def countdown_s(self) -> float | None:
         """Return the seconds until recording starts; None unless counting down."""
         if self._phase is not SweepPhase.COUNTDOWN:

@@ -146,8 +146,6 @@ class BallFit:
     """(n, 3): from the centre to the points, unit."""
     residuals: Float
     """(n,), mm: positive outside."""
-    sigmas: Float
-    """(n,), mm: standard uncertainty of each point along its normal."""
     misfit: float
     misfit_limit: float
     """`misfit`, `misfit_limit`: mm: weighted RMS of the residuals, and its limit. More sensitive
@@ -216,7 +214,7 @@ def fit_ball_on(
     return BallFit(
         centre_world=centre, radius=radius, covariance=covariance,
         directions_world=away / np.linalg.norm(away, axis=1)[:, None], residuals=residuals,
-        sigmas=sigmas, misfit=float(typical * ratio), misfit_limit=float(typical * limit),
+        misfit=float(typical * ratio), misfit_limit=float(typical * limit),
         form=float(np.ptp(plain)),
         form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
         point_sigma=float(np.sqrt(plain @ plain / dof)), diameter=2.0 * radius - certified,
@@ -235,8 +233,7 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
     left = np.arange(len(normals))
     found: list[int] = []
     while len(found) < _MOST_DOUBTFUL and len(left) > LEAST_POINTS:
-        part = np.ix_(left, left)
-        weight = np.linalg.inv(covariance[part])
+        weight = np.linalg.inv(covariance[np.ix_(left, left)])
         rows = _rows(normals[left])
         normal = rows.T @ weight @ rows
         if np.linalg.cond(normal) > _WORST_CONDITION:

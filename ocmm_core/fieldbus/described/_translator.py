@@ -110,7 +110,6 @@ class InputTranslator:
         self._image = image
         self._lens = lens if device.is_corrected else None
         self._timing = timing
-        self._crc_begin = NEWEST_LAYOUT.crc_begin(serial)
         self._serial = serial
         self._block: int | None = None
         self._told: int | None = None

@@ -247,8 +247,6 @@ class Suspects:
     numbers: tuple[int, ...]
     off: tuple[float, ...]
     """mm, in the same order: distance out of the material shown by the others."""
-    probability: float
-    """Probability of such points on a good feature."""
     together: bool
     """They are neighbours."""
 
@@ -282,7 +280,7 @@ def suspects_of(
     squares = float(residuals @ residuals)
     near = _neighbours(tips)
     chosen: tuple[int, ...] = ()
-    gained, probability = 0.0, 1.0
+    gained = 0.0
     for size in range(1, most + 1):
         groups = _groups(n, size, near)
         if not groups:
@@ -297,7 +295,7 @@ def suspects_of(
         ratio = max(loss - gained, 0.0) / more / scatter
         chance = float(scipy.special.fdtrc(more, degrees, ratio)) * len(groups)
         if chance < FALSE_ALARM:
-            chosen, gained, probability = best, loss, min(chance, 1.0)
+            chosen, gained = best, loss
     if not chosen:
         return None
     rows = list(chosen)
@@ -311,7 +309,6 @@ def suspects_of(
         feature.nominal.name,
         tuple(feature.numbers[row] for row in rows),
         tuple(float(value) for value in signed),
-        probability,
         together,
     )
 

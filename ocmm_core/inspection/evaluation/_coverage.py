@@ -46,9 +46,7 @@ def across_of(nominal: NominalFeature) -> Float:
     """Return the direction of the length, (3,), unit, perpendicular to that of the feature."""
     axis = unit(np.array(nominal.direction))
     across = np.array(nominal.across) - (axis @ np.array(nominal.across)) * axis
-    if float(np.linalg.norm(across)) < 1e-6:
-        return perpendicular_pair(axis)[0]
-    return unit(across)
+    return perpendicular_pair(axis)[0] if float(np.linalg.norm(across)) < 1e-6 else unit(across)
 
 
 def at_point(
@@ -336,8 +334,7 @@ def _plane(
         beside = np.cross(unit(np.array(nominal.direction)), along)
         flat = np.stack([local @ along / nominal.length, local @ beside / nominal.width], axis=1)
     else:
-        axes = np.linalg.svd(arms, full_matrices=False)[2][:2]
-        flat = arms @ axes.T
+        flat = arms @ np.linalg.svd(arms, full_matrices=False)[2][:2].T
         low, high = flat.min(axis=0), flat.max(axis=0)
         flat = (flat - 0.5 * (low + high)) / np.maximum(high - low, 1e-9)
     places = np.clip(((flat + 0.5) * sides).astype(int), 0, sides - 1)

@@ -82,8 +82,7 @@ def _in_folder(folder: Path) -> list[Path]:
 
 def _read_job(path: Path, changed_s: float) -> LastJob:
     try:
-        seen = read_summary(path)
-        return _job(path, changed_s, seen)
+        return _job(path, changed_s, read_summary(path))
     except OcmmError as fault:
         return LastJob(path, changed_s=changed_s, fault=fault)
 

@@ -195,9 +195,7 @@ def why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
         return job.view.unproven
     if result.stated is None:
         return result.note or "Not measured."
-    if held_below(result, job.plan, job.view):
-        return result.note
-    return ""
+    return result.note if held_below(result, job.plan, job.view) else ""
 
 
 _ROOM = 1.12

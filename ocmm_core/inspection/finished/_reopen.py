@@ -19,7 +19,6 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.calibration.probe_design import ContactForce
 from ocmm_core.calibration.records import CalibrationStore, default_folder, default_probe_folder
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
@@ -185,11 +184,6 @@ class ReopenedJob:
     @property
     def climate(self) -> Climate:
         return self.options.climate
-
-    @property
-    def contact(self) -> ContactForce | None:
-        """Return the effect of the probing force; None if the design of the probe is unknown."""
-        return self.options.contact
 
     @property
     def doubts(self) -> tuple[str, ...]:

@@ -113,8 +113,7 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
             "plan.no_step", "Only probed features can have a picture.", "Select the feature first."
         )
     content = _content(source)
-    folder = plan_file.absolute().parent
-    name = _PICTURE.kept(source, content, folder)
+    name = _PICTURE.kept(source, content, plan_file.absolute().parent)
     return replace_item(plan, feature, msgspec.structs.replace(plan.features[index], picture=name))
 
 

@@ -75,9 +75,7 @@ def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float
         if np.linalg.norm(own - along * base) > _MEANT:
             return None
         return base if along > 0.0 else -base
-    if abs(along) > _MEANT:
-        return None
-    return unit(own - along * base)
+    return None if abs(along) > _MEANT else unit(own - along * base)
 
 
 def _true_direction(
