@@ -10,6 +10,7 @@ from ocmm_core.fieldbus.objects._camera_client import (
     ObjectAccess,
     read_exactly,
     read_number,
+    unfit,
 )
 
 
@@ -45,7 +46,10 @@ class CameraCounters:
 
 
 def read_text(access: ObjectAccess, index: int, sub: int) -> str:
-    return access.read(index, sub, room=STRING_BYTES).rstrip(b"\x00").decode("ascii")
+    try:
+        return access.read(index, sub, room=STRING_BYTES).rstrip(b"\x00").decode("ascii")
+    except UnicodeDecodeError as error:
+        raise unfit(index, sub, "not text") from error
 
 
 def read_identity_text(access: ObjectAccess) -> CameraTexts:
