@@ -24,8 +24,7 @@ if TYPE_CHECKING:
         check_file_stem, check_name, clean_text, last_moment, one_line, spreadsheet_text,
     )  # fmt: skip
     from ocmm_core.export.report._paper_facts import (
-        NOT_STATED, PaperFact, paper_facts, plan_deviations, report_number,
-        statements,
+        NOT_STATED, PaperFact, paper_facts, plan_deviations, report_number, statements,
     )  # fmt: skip
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._report_data import (
