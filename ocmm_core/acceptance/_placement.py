@@ -92,9 +92,8 @@ def _line(at: Situation, position: int, numbers: procedure.LengthTest | procedur
     ends = _ends(at, position)
     direction = unit(ends[1] - ends[0])
     for other in at.complete():
-        if other == position or at.root(other) == at.root(position):
-            continue
-        if at.plan[other].role != plan.role:
+        same = other == position or at.root(other) == at.root(position)
+        if same or at.plan[other].role != plan.role:
             continue
         between = _ends(at, other)
         cosine = abs(float(direction @ unit(between[1] - between[0])))

@@ -247,9 +247,8 @@ class PartLoader:
     def start(self, job: OpenJob) -> None:
         """Load the part of a job, unless its file holds it, cancelling a running load."""
         self.close()
-        if job.session.part.model is not None or job.use.plan.model is None:
-            return
-        if job.use.file is None:
+        shown = job.session.part.model is not None
+        if shown or job.use.plan.model is None or job.use.file is None:
             return
         self._given_up = threading.Event()
         self._thread = threading.Thread(

@@ -118,7 +118,8 @@ def _centre_jacobian(camera: CameraModel) -> Float:
     return jacobian
 
 
-def _sample(record: VerificationRecord) -> Sample:
+def _sample(record: VerificationRecord | TipCheckRecord) -> Sample:
+    """Return the check nearest to its limit."""
     worst = max(record.checks, key=lambda check: abs(check.error_mm) / check.limit_mm)
     return Sample(
         datetime.fromisoformat(record.made_utc),
@@ -279,16 +280,7 @@ def _trends(
         diameter=_courses(diameters),
         form=_courses(forms),
         place=_courses(moved),
-        check=_courses([(one.tip, _nearest(one)) for one in checks if one.checks]),
-    )
-
-
-def _nearest(record: TipCheckRecord) -> Sample:
-    worst = max(record.checks, key=lambda one: abs(one.error_mm) / one.limit_mm)
-    return Sample(
-        datetime.fromisoformat(record.made_utc),
-        worst.error_mm / worst.limit_mm,
-        0.5 * worst.expanded_mm / worst.limit_mm,
+        check=_courses([(one.tip, _sample(one)) for one in checks if one.checks]),
     )
 
 

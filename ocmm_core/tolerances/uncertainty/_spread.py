@@ -252,9 +252,7 @@ def contributing_samples(
 def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
     """Return whether form is the measurand: zones of surface points, two-point sizes."""
     spec = spec_of(characteristic.kind)
-    if spec.own_form:
-        return True
-    if characteristic.association.startswith("two-point"):
+    if spec.own_form or characteristic.association.startswith("two-point"):
         return True
     if not spec.one_sided:
         return False
