@@ -43,9 +43,7 @@ def processes_for(things: int) -> int:
     It is 1, the calling process, if others would save no time or cannot be started (a daemon of
     `multiprocessing`).
     """
-    if things <= _FEW or multiprocessing.current_process().daemon:
-        return 1
-    return HOST.processors()
+    return 1 if things <= _FEW or multiprocessing.current_process().daemon else HOST.processors()
 
 
 def process_context() -> SpawnContext | ForkServerContext:

@@ -23,7 +23,6 @@ _HOLES = 64 * _MB
 """Bytes from which on a file must be on the disk for the most part; none of ours has holes."""
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-_OTHERS_WRITE = stat.S_IWOTH
 
 
 class Trusted(Enum):
@@ -101,15 +100,14 @@ def open_guarded(
     *,
     follow: bool = True,
     most: int | None = None,
-    private: bool = False,
     flags: int = os.O_RDONLY,
     mode: int = 0o600,
 ) -> int:
     """Return the descriptor of a regular file, without waiting.
 
-    ``follow``: accept a link, never for a side file; ``most`` bytes; ``private``: it must belong to
-    this user or root, and others must not write it; ``flags``, ``mode``: of `os.open`; no file is
-    made through a link. OSError with a ``strerror`` if it is missing or refused.
+    ``follow``: accept a link, never for a side file; ``most`` bytes; ``flags``, ``mode``: of
+    `os.open`; no file is made through a link. OSError with a ``strerror`` if it is missing or
+    refused.
     """
     follow = follow and not flags & os.O_CREAT
     try:
@@ -131,17 +129,15 @@ def open_guarded(
             raise OversizeError(state.st_size, most)
         if state.st_size > _HOLES and getattr(state, "st_blocks", _HOLES) * 512 < state.st_size / 8:
             raise OSError(errno.EFBIG, "most of it are holes")
-        if private:
-            _require_private(state)
     except BaseException:
         os.close(descriptor)
         raise
     return descriptor
 
 
-def read_guarded(path: Path, most: int, *, follow: bool = True, private: bool = False) -> bytes:
+def read_guarded(path: Path, most: int, *, follow: bool = True) -> bytes:
     """Return the content of a regular file as of `open_guarded`; OSError as there."""
-    descriptor = open_guarded(path, follow=follow, most=most, private=private)
+    descriptor = open_guarded(path, follow=follow, most=most)
     with open(descriptor, "rb") as stream:  # noqa: PTH123 - looked at and read by one descriptor
         content = stream.read(most + 1)
     if len(content) > most:
@@ -204,9 +200,7 @@ def _fault(side: SideFile, state: os.stat_result, owner: int) -> str:
         return "it is a second name of another file"
     if not HOST.is_own(state) and state.st_uid not in (0, owner):
         return "it belongs to another user"
-    if state.st_size > side.most:
-        return "it is larger than any of its kind"
-    return ""
+    return "it is larger than any of its kind" if state.st_size > side.most else ""
 
 
 def _require_regular(state: os.stat_result) -> None:
@@ -214,10 +208,3 @@ def _require_regular(state: os.stat_result) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if not stat.S_ISREG(state.st_mode):
         raise OSError(errno.EINVAL, "it is a pipe or a device")
-
-
-def _require_private(state: os.stat_result) -> None:
-    if not HOST.is_own(state) and state.st_uid != 0:
-        raise PermissionError(errno.EPERM, "it belongs to another user")
-    if HOST.is_open_to(state, _OTHERS_WRITE):
-        raise PermissionError(errno.EPERM, "every user can write it")

@@ -82,11 +82,6 @@ class FirmwareBanks:
         self._running = bank
         self.version = found.version
 
-    @property
-    def on_trial(self) -> bool:
-        """Return whether the running firmware is unconfirmed."""
-        return bool(self._newest()[2])
-
     def confirm(self) -> None:
         """Keep the running firmware, as a master has brought it to PREOP."""
         number, bank, trial, _starts = self._newest()

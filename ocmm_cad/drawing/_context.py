@@ -64,9 +64,6 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     remarks: tuple[str, ...] = ()
     """General sentences: the standard, the alignment."""
 
-    def all_items(self, *groups: Group) -> tuple[AccountItem, ...]:
-        return tuple(item for item in self.items if item.group in groups)
-
     def counts(self) -> dict[Group, dict[Status, int]]:
         found = Counter((item.group, item.status) for item in self.items)
         words: tuple[Status, ...] = ("taken", "partly", "refused")

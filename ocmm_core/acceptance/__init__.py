@@ -15,15 +15,13 @@ It must not depend on the source of ball centres: cameras, recording or simulati
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_core.acceptance._guards import (
-        EarlierUse, artefact_findings, begin_findings, climate_reasons, reserved_spots, spots_hash,
-    )  # fmt: skip
+    from ocmm_core.acceptance._guards import EarlierUse, reserved_spots, spots_hash
     from ocmm_core.acceptance._guided import (
         AcceptanceOutcome, AcceptanceProcedure, GuidedAcceptanceView, worst_value,
     )  # fmt: skip
     from ocmm_core.acceptance._interim import (
-        INTERIM, ChartPoint, InterimChart, InterimCheck, InterimHistory, InterimWord, check_of,
-        interim_chart, note_check,
+        INTERIM, ChartPoint, InterimChart, InterimCheck, InterimHistory, InterimWord, interim_chart,
+        note_check,
     )  # fmt: skip
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
     from ocmm_core.acceptance._offers import (
@@ -35,49 +33,44 @@ if TYPE_CHECKING:
         procedure_files,
     )  # fmt: skip
     from ocmm_core.acceptance._recompute import (
-        chain_history, differences, load_record, load_signed_record, recompute, recompute_tips,
-        save_record,
+        chain_history, differences, load_signed_record, recompute, recompute_tips, save_record,
     )  # fmt: skip
     from ocmm_core.acceptance._register import (
-        ARTEFACT_KINDS, ARTEFACT_SCHEMA, NOT_SIGNED_REMEDY, REGISTER, ArtefactEntry, ArtefactKind,
-        ArtefactRegister, check_entry, default_artefact_folder, load_artefact, load_used, used_bar,
-        used_sphere,
+        ARTEFACT_KINDS, ARTEFACT_SCHEMA, NOT_SIGNED_REMEDY, ArtefactEntry, ArtefactKind,
+        ArtefactRegister, load_artefact, load_used, used_bar, used_sphere,
     )  # fmt: skip
     from ocmm_core.acceptance._result import (
-        RECORD_SCHEMA, AcceptanceRecord, AcceptanceVerdict, ClimateReading, InstrumentState,
-        JudgedValue, Observation, PlannedPosition, QuantityResult, RefusedPoint, RoomAir,
-        UsedArtefact,
+        AcceptanceRecord, AcceptanceVerdict, ClimateReading, InstrumentState, JudgedValue,
+        Observation, PlannedPosition, QuantityResult, RefusedPoint, RoomAir, UsedArtefact,
     )  # fmt: skip
     from ocmm_core.acceptance._session import AcceptanceSession
     from ocmm_core.acceptance._session_state import AcceptanceView
-    from ocmm_core.acceptance._situation import Situation, Stage, certified_at, judge
+    from ocmm_core.acceptance._situation import Situation, Stage, judge
     from ocmm_core.acceptance._temperature_source import (
         LoggedTemperature, TemperatureSource, ThermometerLog,
     )  # fmt: skip
     from ocmm_core.acceptance._thermometers import read_temperature, thermometer_log
     from ocmm_core.acceptance._values import (
-        LEAST_RESULTS, PartTask, PartUncertainty, SpatValues, SphereValues, VolumetricValues,
-        block_length, dissimilar, faces_normal, location_value, nest_lengths, part_uncertainty,
-        repeat_ranges, smallest_ball, spat_values, sphere_values, thickness, volumetric_values,
+        PartTask, PartUncertainty, SpatValues, SphereValues, VolumetricValues, block_length,
+        dissimilar, faces_normal, location_value, nest_lengths, part_uncertainty, repeat_ranges,
+        smallest_ball, spat_values, sphere_values, thickness, volumetric_values,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "ARTEFACT_KINDS", "ARTEFACT_SCHEMA", "INTERIM", "KINDS", "LEAST_RESULTS", "NOT_SIGNED_REMEDY",
-    "RECORDS", "RECORD_SCHEMA", "REGISTER", "SESSIONS", "AcceptanceOutcome", "AcceptanceProcedure",
-    "AcceptanceRecord", "AcceptanceSession", "AcceptanceVerdict", "AcceptanceView", "ArtefactEntry",
-    "ArtefactKind", "ArtefactOffer", "ArtefactRegister", "ChartPoint", "ClimateReading",
-    "ClimateRule", "EarlierUse", "FinishedTest", "GuidedAcceptanceView", "InstrumentState",
-    "InterimChart", "InterimCheck", "InterimHistory", "InterimTest", "InterimWord", "JudgedValue",
-    "LoggedTemperature", "Mpe", "Observation", "OpenTest", "PartTask", "PartTest",
-    "PartUncertainty", "PlannedPosition", "ProcedureDocument", "ProcedureOffer", "QuantityResult",
-    "RefusedPoint", "RoomAir", "Situation", "SpatValues", "SphereValues", "Stage",
-    "TemperatureSource", "ThermometerLog", "UsedArtefact", "VolumetricValues", "artefact_findings",
-    "begin_findings", "block_length", "certified_at", "chain_history", "check_entry", "check_of",
-    "climate_reasons", "default_artefact_folder", "differences", "dissimilar", "faces_normal",
-    "find_procedure", "finished_tests", "interim_chart", "judge", "kind_of", "load_artefact",
-    "load_procedure", "load_record", "load_signed_record", "load_used", "location_value",
+    "ARTEFACT_KINDS", "ARTEFACT_SCHEMA", "INTERIM", "KINDS", "NOT_SIGNED_REMEDY", "RECORDS",
+    "SESSIONS", "AcceptanceOutcome", "AcceptanceProcedure", "AcceptanceRecord", "AcceptanceSession",
+    "AcceptanceVerdict", "AcceptanceView", "ArtefactEntry", "ArtefactKind", "ArtefactOffer",
+    "ArtefactRegister", "ChartPoint", "ClimateReading", "ClimateRule", "EarlierUse", "FinishedTest",
+    "GuidedAcceptanceView", "InstrumentState", "InterimChart", "InterimCheck", "InterimHistory",
+    "InterimTest", "InterimWord", "JudgedValue", "LoggedTemperature", "Mpe", "Observation",
+    "OpenTest", "PartTask", "PartTest", "PartUncertainty", "PlannedPosition", "ProcedureDocument",
+    "ProcedureOffer", "QuantityResult", "RefusedPoint", "RoomAir", "Situation", "SpatValues",
+    "SphereValues", "Stage", "TemperatureSource", "ThermometerLog", "UsedArtefact",
+    "VolumetricValues", "block_length", "chain_history", "differences", "dissimilar",
+    "faces_normal", "find_procedure", "finished_tests", "interim_chart", "judge", "kind_of",
+    "load_artefact", "load_procedure", "load_signed_record", "load_used", "location_value",
     "nest_lengths", "note_check", "offered_artefacts", "offered_procedures", "open_tests",
     "part_uncertainty", "plan_of", "procedure_files", "read_temperature", "recompute",
     "recompute_tips", "repeat_ranges", "reserved_spots", "save_record", "smallest_ball",

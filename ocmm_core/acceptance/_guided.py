@@ -171,8 +171,7 @@ def latest_values(test: AcceptanceView) -> tuple[JudgedValue, ...]:
 
 def worst_value(values: Sequence[JudgedValue]) -> int:
     """Return the index of the value nearest to its limit or farthest beyond it."""
-    shares = [abs(one.error_mm) / one.limit_mm for one in values]
-    return int(np.argmax(shares))
+    return int(np.argmax([abs(one.error_mm) / one.limit_mm for one in values]))
 
 
 Charted: TypeAlias = Callable[[AcceptanceRecord, datetime], InterimChart]

@@ -58,7 +58,6 @@ class OpenTest:
     path: Path
     title: str
     who: str
-    begun_utc: str
     done: int
     wanted: int
     blocker: str = ""
@@ -117,7 +116,7 @@ def open_tests(
         try:
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
-            found.append(OpenTest(path, path.name, "", "", 0, 0, f"{error.what} {error.remedy}"))
+            found.append(OpenTest(path, path.name, "", 0, 0, f"{error.what} {error.remedy}"))
             continue
         state = session.state
         if state.abandoned is not None:
@@ -128,7 +127,7 @@ def open_tests(
         begun, done = state.begun, sum(len(one) for one in state.taken)
         wanted = done + state.missing()
         title = state.stage.procedure.title
-        one = OpenTest(path, title, begun.made_by, begun.utc, done, wanted)
+        one = OpenTest(path, title, begun.made_by, done, wanted)
         changed = _changed(begun.instrument, instrument)
         found.append(replace(one, blocker=changed) if changed else one)
     if len(paths) > most:
@@ -136,7 +135,7 @@ def open_tests(
             f"{len(paths) - most} older sessions were not looked at. To go on with one of them, "
             f"begin it again, or move finished ones out of {folder / SESSIONS}."
         )
-        found.append(OpenTest(folder / SESSIONS, "Older tests", "", "", 0, 0, why))
+        found.append(OpenTest(folder / SESSIONS, "Older tests", "", 0, 0, why))
     return tuple(found)
 
 

@@ -84,9 +84,7 @@ def judge_position(at: Situation, position: int) -> str:
             return hint
     if isinstance(numbers, procedure.LocationTest):
         return _attitude(at, position, numbers)
-    if isinstance(numbers, procedure.SpatTest):
-        return _turned(at, position, numbers)
-    return ""
+    return _turned(at, position, numbers) if isinstance(numbers, procedure.SpatTest) else ""
 
 
 def _line(at: Situation, position: int, numbers: procedure.LengthTest | procedure.E0Test) -> str:
@@ -94,9 +92,8 @@ def _line(at: Situation, position: int, numbers: procedure.LengthTest | procedur
     ends = _ends(at, position)
     direction = unit(ends[1] - ends[0])
     for other in at.complete():
-        if other == position or at.root(other) == at.root(position):
-            continue
-        if at.plan[other].role != plan.role:
+        same = other == position or at.root(other) == at.root(position)
+        if same or at.plan[other].role != plan.role:
             continue
         between = _ends(at, other)
         cosine = abs(float(direction @ unit(between[1] - between[0])))

@@ -38,11 +38,6 @@ def save_record(folder: Path, record: AcceptanceRecord) -> Path:
     return save(folder, record, Signed.ACCEPTANCE)
 
 
-def load_record(path: Path) -> AcceptanceRecord:
-    """Return a record, signed or not; errors as `load_signed_record`."""
-    return load_signed_record(path).record
-
-
 def load_signed_record(path: Path) -> SignedRecord[AcceptanceRecord]:
     """Return a record with the state of its signature; errors as `load_signed`."""
     return load_signed(path, AcceptanceRecord, Signed.ACCEPTANCE)

@@ -155,8 +155,7 @@ class AcceptanceSession:
     @property
     def notes(self) -> tuple[str, ...]:
         """Return advice not followed, and warnings."""
-        notes: tuple[str, ...] = self.state.begun.notes
-        return notes
+        return self.state.begun.notes
 
     @property
     def current(self) -> int:

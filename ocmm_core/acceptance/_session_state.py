@@ -99,7 +99,6 @@ class AcceptanceView:
     """A snapshot for any screen."""
 
     title: str
-    wording: str
     positions: tuple[result.PlannedPosition, ...]
     done: tuple[int, ...]
     """`positions`, `done`: plan with retests, and points recorded of each."""
@@ -274,7 +273,7 @@ class SessionState:
         complete = position < 0
         values = tuple(values_of(self.situation())) if any(self.taken) else ()
         return AcceptanceView(
-            title=self.stage.procedure.title, wording=self.stage.procedure.wording,
+            title=self.stage.procedure.title,
             positions=tuple(self.plan), done=tuple(len(one) for one in self.taken),
             current=position, next_item=-1 if complete else self.next_item(position),
             instruction=self.instruction(position), values=values,

@@ -186,8 +186,7 @@ class ThermometerLog:
     ]:  # fmt: skip
         """Read all thermometers and compare them."""
         found = [self._one(*each, clock) for each in self._thermometers]
-        sound = [one for one in found if not one.doubt]
-        apart = disagreement(sound)
+        apart = disagreement([one for one in found if not one.doubt])
         return tuple(replace(one, doubt=one.doubt or apart) for one in found)
 
     def _one(

@@ -116,8 +116,7 @@ def fit_points_locked(
     scale = np.array([1.0 / size] * 3 + [1.0] * 3)[free]
     least = np.inf
     for step_number in range(_MOST_STEPS):
-        rotation = rotation_from_vector(motion[:3])
-        turned = points @ rotation.T
+        turned = points @ rotation_from_vector(motion[:3]).T
         off = (turned + np.outer(ones, motion[3:]) - targets).ravel()
         by_turn = np.vstack([-skew(point) for point in turned]) @ left_jacobian(motion[:3])
         by_motion = np.hstack([by_turn, np.kron(ones[:, None], np.eye(3))])[:, free] * scale
@@ -136,8 +135,7 @@ def fit_points_locked(
             "The best fit with locked motions does not converge.",
             "Lock fewer motions, or start with an alignment closer to nominal.",
         )
-    change = RigidTransform(rotation_from_vector(motion[:3]), motion[3:])
-    return change.compose(start)
+    return RigidTransform(rotation_from_vector(motion[:3]), motion[3:]).compose(start)
 
 
 def _places(names: Sequence[str], geometries: Mapping[str, Float]) -> Points3:
@@ -152,8 +150,7 @@ def left_jacobian(vector: Float) -> Float:
     angle = float(np.linalg.norm(vector))
     cross = skew(vector)
     if angle < 1e-4:
-        small: Float = np.eye(3) + 0.5 * cross + cross @ cross / 6.0
-        return small
+        return np.eye(3) + 0.5 * cross + cross @ cross / 6.0
     jacobian: Float = (
         np.eye(3)
         + (1.0 - np.cos(angle)) / angle**2 * cross

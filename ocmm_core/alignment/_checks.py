@@ -172,9 +172,7 @@ def _known(
 
 
 def _once(field: str, names: Sequence[str]) -> Fault | None:
-    if len(set(names)) < len(names):
-        return field, "names one feature twice"
-    return None
+    return (field, "names one feature twice") if len(set(names)) < len(names) else None
 
 
 def _need(
@@ -296,8 +294,7 @@ def _turned(jacobian: Rows, T_nominal_from_part: RigidTransform) -> Rows:
 
 def _spread(jacobian: Rows, factors: PointFactors) -> Float:
     variances = np.diagonal(factors.covariance_of(jacobian))
-    spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
-    return spread
+    return COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
 
 
 def _free(bound: rules.BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, ...]:

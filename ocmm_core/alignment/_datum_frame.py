@@ -18,7 +18,7 @@ from ocmm_core.alignment import _freedom as freedom
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import gauge_point
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Shape
-from ocmm_core.geometry import Float, RigidTransform, unit
+from ocmm_core.geometry import Float, RigidTransform, crossed, unit
 
 MOST_DATUMS = 3
 
@@ -229,8 +229,7 @@ def _rows(shape: Shape, nominal: Float) -> Float:
     direction = nominal[DIRECTION]
     match shape.spec.located:
         case "along":
-            rows: Float = direction[None]
-            return rows
+            return direction[None]
         case "everywhere":
             return np.eye(3)
         case "across":
@@ -250,4 +249,4 @@ def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
     cosine = float(direction @ nominal)
     if not shape.spec.has_sense:
         cosine = abs(cosine)
-    return float(np.arctan2(np.linalg.norm(freedom.cross(direction, nominal)), cosine))
+    return float(np.arctan2(np.linalg.norm(crossed(direction, nominal)), cosine))

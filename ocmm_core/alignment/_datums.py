@@ -219,8 +219,7 @@ def reference_points(
             return T
         step = np.linalg.solve(rows, -off)
         rotation = rotation_from_vector(step[:3] / size)
-        about = RigidTransform(rotation, centre - rotation @ centre + step[3:])
-        T = about.compose(T)
+        T = RigidTransform(rotation, centre - rotation @ centre + step[3:]).compose(T)
     raise FitError(
         "alignment.no_end",
         "No position of the part meets all six conditions.",

@@ -79,7 +79,7 @@ def frame_document(
             rules.ControlPoint(feature=feature, place=triple(T_frame_from_world.apply(centre)))
             for feature, centre in control_world.items()
         ),
-        covariance=() if covariance is None else tuple(map(_tuple, covariance)),
+        covariance=() if covariance is None else tuple(map(tuple, covariance.tolist())),
         simulated=simulated,
     )
     return msgspec.structs.replace(document, sha256=content_hash(document))
@@ -209,10 +209,6 @@ def _quoted(text: str) -> str:
 
 def _numbers(values: Sequence[float]) -> str:
     return "[" + ", ".join(repr(float(value)) for value in values) + "]"
-
-
-def _tuple(values: Float) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
 
 
 def saved_frame_in(rule: rules.AnyAlignment | None) -> rules.SavedFrame | None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew, unit
+from ocmm_core.geometry import Float, RigidTransform, crossed, rotation_from_vector, skew, unit
 
 SAME_DIRECTION = 1e-6
 """Sine below which two nominal directions count as equal."""
@@ -52,7 +52,7 @@ class Freedom:
 
     def motions(self) -> Float:
         """Return the small free motions (6, count): rotation, rad, over shift, mm."""
-        turning = [np.append(axis, cross(self.centre, axis)) for axis in self.turn]
+        turning = [np.append(axis, crossed(self.centre, axis)) for axis in self.turn]
         sliding = [np.append(np.zeros(3), direction) for direction in self.slide]
         return np.array(turning + sliding).reshape(-1, 6).T
 
@@ -65,7 +65,7 @@ class Freedom:
         if len(self.slide) == 3:
             return (*turning, "translation in any direction")
         if len(self.slide) == 2:
-            across = _axis_word(cross(*self.slide))
+            across = _axis_word(crossed(*self.slide))
             return (*turning, f"translation square to {across}")
         return (*turning, *(f"translation along {_axis_word(way)}" for way in self.slide))
 
@@ -100,7 +100,7 @@ def turn_to(
     if len(freedom.turn) == 0:
         return held
     axis = freedom.turn[0]
-    lever = np.linalg.norm(cross(axis, nominal))
+    lever = np.linalg.norm(crossed(axis, nominal))
     if lever < SAME_DIRECTION:
         return held
     if lever < NEARLY:
@@ -166,25 +166,17 @@ def rotation_between(first: Float, second: Float) -> Float:
         across = square_pair(second)[0]
         flip = 2.0 * np.outer(across, across) - np.eye(3)
     start = flip @ first
-    turn = skew(cross(start, second))
-    rotation: Float = (np.eye(3) + turn + turn @ turn / (1.0 + start @ second)) @ flip
-    return rotation
-
-
-def cross(first: Float, second: Float) -> Float:
-    """Return the vector product (3,); for single vectors much faster than numpy's."""
-    a, b, c = first.tolist()
-    d, e, f = second.tolist()
-    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+    turn = skew(crossed(start, second))
+    return (np.eye(3) + turn + turn @ turn / (1.0 + start @ second)) @ flip
 
 
 def square_pair(direction: Float) -> Float:
     """Return two unit vectors (2, 3) square to a unit vector and to each other."""
     helper = np.zeros(3)
     helper[int(np.argmin(np.abs(direction)))] = 1.0
-    first = cross(helper, direction)
+    first = crossed(helper, direction)
     first = first / math.sqrt(first @ first)
-    return np.stack([first, cross(direction, first)])
+    return np.stack([first, crossed(direction, first)])
 
 
 def _turned(held: AlignedMotion, rotation: Float, freedom: Freedom) -> AlignedMotion:
@@ -195,7 +187,7 @@ def _turned(held: AlignedMotion, rotation: Float, freedom: Freedom) -> AlignedMo
 
 def angle_about(axis: Float, start: Float, end: Float) -> float:
     """Return the angle about ``axis`` from one vector to another, both seen along the axis."""
-    sine = float(axis @ cross(start, end))
+    sine = float(axis @ crossed(start, end))
     cosine = float(start @ end - (start @ axis) * (end @ axis))
     return float(np.arctan2(sine, cosine))
 
@@ -208,7 +200,7 @@ def _slides_square_to_turns(freedom: Freedom) -> bool:
         return False
     if len(freedom.slide) != 2:
         return len(freedom.slide) == 3
-    along = abs(float(freedom.turn[0] @ cross(*freedom.slide)))
+    along = abs(float(freedom.turn[0] @ crossed(*freedom.slide)))
     return along > 1.0 - SAME_DIRECTION
 
 

@@ -158,8 +158,7 @@ def _as_twist(motion: Float) -> Float:
 
 
 def _moved(before: Points3, motion: Float) -> Points3:
-    moved: Points3 = before @ rotation_from_vector(motion[:3]).T + motion[3:]
-    return moved
+    return before @ rotation_from_vector(motion[:3]).T + motion[3:]
 
 
 def _slopes(points: Points3, normals: Points3, motion: Float, free: Sequence[int]) -> Float:
@@ -168,8 +167,7 @@ def _slopes(points: Points3, normals: Points3, motion: Float, free: Sequence[int
     by_turn = np.einsum(
         "ni,nij->nj", normals, np.array([-skew(point) for point in turned])
     ) @ left_jacobian(motion[:3])
-    slopes: Float = np.hstack([by_turn, normals])[:, free]
-    return slopes
+    return np.hstack([by_turn, normals])[:, free]
 
 
 def _check_open(rows: Float, scale: Float, free: Sequence[int], centre: Float) -> None:
@@ -180,8 +178,7 @@ def _check_open(rows: Float, scale: Float, free: Sequence[int], centre: Float) -
     about = rows.copy()
     for place, index in enumerate(free):
         if index < 3:
-            axis = np.eye(3)[index]
-            lever = np.cross(centre, axis)
+            lever = np.cross(centre, np.eye(3)[index])
             for other, shift in enumerate(free):
                 if shift >= 3:
                     about[:, place] += lever[shift - 3] * scale[place] * rows[:, other]

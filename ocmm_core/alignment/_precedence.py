@@ -15,7 +15,7 @@ import numpy as np
 from ocmm_core.alignment import _rules as rules
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame, frames_of_datums
 from ocmm_core.alignment._datums import frame_of
-from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about, cross
+from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about
 from ocmm_core.alignment._residuals import frame_jacobian
 from ocmm_core.features.measured import (
     ActualFeature,
@@ -26,7 +26,7 @@ from ocmm_core.features.measured import (
     oriented_feature,
 )
 from ocmm_core.features.shapes import DIRECTION, Shape
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+from ocmm_core.geometry import Float, RigidTransform, crossed, rotation_from_vector, unit
 
 SEEN_MM = 0.02
 """Rotation of a datum over its own points, mm at their ends, from which it is reported."""
@@ -156,7 +156,7 @@ def _orientation(
     if not len(turn):
         return Orientation(_nearer(back @ nominal, measured), None, by_coordinates)
     axis = back @ turn[0]
-    if float(np.linalg.norm(cross(turn[0], nominal))) < SAME_DIRECTION:
+    if float(np.linalg.norm(crossed(turn[0], nominal))) < SAME_DIRECTION:
         return Orientation(_nearer(back @ nominal, measured), None, by_coordinates)
     meant = _nearer(T_frame_from_world.rotation.T @ nominal, measured)
     direction = rotation_from_vector(angle_about(axis, meant, measured) * axis) @ meant

@@ -29,9 +29,7 @@ class _Rule(
     """Common base with the field ``type``."""
 
 
-class DatumAlignment(
-    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag=OLDEST
-):
+class DatumAlignment(_Rule, frozen=True, kw_only=True, tag=OLDEST):
     """The part frame from measured features (3-2-1)."""
 
     primary: str
@@ -54,14 +52,7 @@ class DatumAlignment(
         return tuple(dict.fromkeys(name for name in names if name))
 
 
-class PlaneAxisPoint(
-    _Rule,
-    frozen=True,
-    kw_only=True,
-    forbid_unknown_fields=True,
-    tag_field="type",
-    tag="plane-axis-point",
-):
+class PlaneAxisPoint(_Rule, frozen=True, kw_only=True, tag="plane-axis-point"):
     """A plane first, then an axis, then a point, each brought to its nominal place."""
 
     plane: str
@@ -74,14 +65,7 @@ class PlaneAxisPoint(
         return (self.plane, self.axis, self.point)
 
 
-class DatumReferenceFrame(
-    _Rule,
-    frozen=True,
-    kw_only=True,
-    forbid_unknown_fields=True,
-    tag_field="type",
-    tag="datum reference frame",
-):
+class DatumReferenceFrame(_Rule, frozen=True, kw_only=True, tag="datum reference frame"):
     """Datums in their precedence (ISO 5459), each brought to its nominal place."""
 
     datums: tuple[str, ...]
@@ -92,9 +76,7 @@ class DatumReferenceFrame(
         return self.datums
 
 
-class BestFit(
-    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="best fit"
-):
+class BestFit(_Rule, frozen=True, kw_only=True, tag="best fit"):
     """The motion that brings centres and points nearest to their nominal places."""
 
     points: tuple[str, ...]
@@ -115,14 +97,7 @@ class BestFit(
         return tuple(dict.fromkeys((*first, *self.points)))
 
 
-class ModelBestFit(
-    _Rule,
-    frozen=True,
-    kw_only=True,
-    forbid_unknown_fields=True,
-    tag_field="type",
-    tag="best fit to model",
-):
+class ModelBestFit(_Rule, frozen=True, kw_only=True, tag="best fit to model"):
     """Motion of touches nearest to faces of the model, from the best fit to nominal places."""
 
     points: tuple[str, ...]
@@ -144,9 +119,7 @@ class Condition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """(3,), part frame: the feature is exactly at its nominal place in this direction."""
 
 
-class ReferencePoints(
-    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="rps"
-):
+class ReferencePoints(_Rule, frozen=True, kw_only=True, tag="rps"):
     """Reference points (RPS): six exact conditions on directions."""
 
     conditions: tuple[Condition, ...]
@@ -163,14 +136,7 @@ class ReferencePoints(
         return tuple(dict.fromkeys((*first, *(item.feature for item in self.conditions))))
 
 
-class SavedFrame(
-    _Rule,
-    frozen=True,
-    kw_only=True,
-    forbid_unknown_fields=True,
-    tag_field="type",
-    tag="saved frame",
-):
+class SavedFrame(_Rule, frozen=True, kw_only=True, tag="saved frame"):
     """A stored frame (`alignment.frame_document`), kept in the plan: a job needs no other file."""
 
     name: str
@@ -198,9 +164,7 @@ class ControlPoint(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     place: Vector3
 
 
-class Relocation(
-    _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="relocation"
-):
+class Relocation(_Rule, frozen=True, kw_only=True, tag="relocation"):
     """The previous frame, recovered from control points after the part was moved."""
 
     name: str

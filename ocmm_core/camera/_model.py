@@ -174,10 +174,7 @@ def project(camera: CameraModel, points_world: Points3) -> Pixels:
 def on_sensor(camera: CameraModel, uv: Pixels) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """Return which pixel coordinates (..., 2) lie on the sensor; NaN does not."""
     u, v = uv[..., 0], uv[..., 1]
-    inside: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = (
-        (u >= 0.0) & (u <= camera.width - 1) & (v >= 0.0) & (v <= camera.height - 1)
-    )
-    return inside
+    return (u >= 0.0) & (u <= camera.width - 1) & (v >= 0.0) & (v <= camera.height - 1)
 
 
 def projection_jacobians(camera: CameraModel, points_world: Points3) -> tuple[Float, Float]:

@@ -289,9 +289,7 @@ def _device_of(path: Path, document: RigDocument) -> str:
             "Give all cameras of a rig the same; a bus has cameras of one kind.",
         )
     (name,) = named
-    if "/" in name or name.endswith(".toml"):
-        return str(path.absolute().parent / name)
-    return name
+    return str(path.absolute().parent / name) if "/" in name or name.endswith(".toml") else name
 
 
 def _check(path: Path, document: RigDocument) -> None:

@@ -259,8 +259,7 @@ def place_shape(places: Float, document: TrackerDocument) -> Float:
         ratio = ratio * grown
     more = np.broadcast_to(ratio - 1.0, grown.shape)
     along = sight[:, :, None] * sight[:, None]
-    found: Float = (np.eye(3) + more[:, None, None] * along) * grown[:, None, None]
-    return found
+    return (np.eye(3) + more[:, None, None] * along) * grown[:, None, None]
 
 
 def slopes_of_places(
@@ -268,8 +267,7 @@ def slopes_of_places(
 ) -> Float:
     """Return the derivatives (L, C, 2, 3), px/mm, of images by errors of `place_shape`."""
     by_place = np.stack([projection_jacobians(camera, places)[0] for camera in cameras], axis=1)
-    found: Float = by_place @ place_shape(places, document)[:, None]
-    return found
+    return by_place @ place_shape(places, document)[:, None]
 
 
 def locate_markers(cameras: Sequence[CameraModel], uv: Float) -> Float:
@@ -283,5 +281,4 @@ def locate_markers(cameras: Sequence[CameraModel], uv: Float) -> Float:
         offsets = camera.focal * shift[:2] - ideal * shift[2]
         squares = squares + np.einsum("...ki,...kj->...ij", rows, rows)
         right = right + np.einsum("...ki,...k->...i", rows, offsets)
-    found: Float = np.linalg.solve(squares, right[..., None])[..., 0]
-    return found
+    return np.linalg.solve(squares, right[..., None])[..., 0]

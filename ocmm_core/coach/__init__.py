@@ -14,7 +14,6 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_core.coach._advice import (
         LEAST_LEDS, REAL_SHARE, Advice, Hint, ProbeHelp, SteadyHint, advise, help_when_lost,
-        uncertainty_of,
     )  # fmt: skip
     from ocmm_core.coach._turns import (
         TURNS, Ellipsoid, Held, ProbePicture, Sensitivities, Stance, Turn, Way, covariance_of,
@@ -26,5 +25,5 @@ else:
 __all__ = [
     "LEAST_LEDS", "REAL_SHARE", "TURNS", "Advice", "Ellipsoid", "Held", "Hint", "ProbeHelp",
     "ProbePicture", "Sensitivities", "Stance", "SteadyHint", "Turn", "Way", "advise",
-    "covariance_of", "ellipsoid_of", "help_when_lost", "picture_of", "stance_at", "uncertainty_of",
+    "covariance_of", "ellipsoid_of", "help_when_lost", "picture_of", "stance_at",
 ]  # fmt: skip

@@ -106,13 +106,7 @@ def advise(
     if advice.best() is not None or not np.isfinite(advice.now_mm):
         return advice
     more = _tried(rig, body, held, sensitivities, PAIRS)
-    ranked = sorted((*advice.hints, *more.hints), key=_cost)
-    return Advice(advice.now_mm, tuple(ranked))
-
-
-def uncertainty_of(rig: Rig, body: ProbeBody, held: Held) -> float:
-    """Return U, mm, k = 2, as held, by the model of visibility; NaN without a pose."""
-    return _tried(rig, body, held, None, ()).now_mm
+    return Advice(advice.now_mm, tuple(sorted((*advice.hints, *more.hints), key=_cost)))
 
 
 def _tried(

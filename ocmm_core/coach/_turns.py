@@ -37,8 +37,7 @@ class Stance:
 
     def flat(self, vectors: Float) -> Float:
         """Return his view of vectors (..., 3), mm, world: (..., 2), to the right and up."""
-        seen: Float = np.stack([vectors @ self.right, vectors @ self.up], axis=-1)
-        return seen
+        return np.stack([vectors @ self.right, vectors @ self.up], axis=-1)
 
 
 def stance_at(rig: Rig) -> Stance:

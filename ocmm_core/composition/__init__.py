@@ -19,8 +19,8 @@ if TYPE_CHECKING:
         VIRTUAL_ROOM, AcceptanceBench, StatedConditions, TestsMade, start_test,
     )  # fmt: skip
     from ocmm_core.composition._acceptance_site import (
-        AcceptanceSite, default_test_folder, earlier_use, instrument_of, named_artefact,
-        open_test_site, recorded_feed, require_recorded, require_scenes, tests_folder,
+        AcceptanceSite, default_test_folder, earlier_use, open_test_site, recorded_feed,
+        require_recorded, require_scenes, tests_folder,
     )  # fmt: skip
     from ocmm_core.composition._calibration_choice import (
         StateLine, StationState, checked_for_replay, choose_calibration, choose_probe,
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from ocmm_core.composition._climate import ClimateRequest, climate_in_use
     from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
     from ocmm_core.composition._defaults import (
-        DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PART, DEMO_PLAN, IN_PROCESS, REAL_WIRE, RECOMMENDED_RIG,
-        SERVICE, STANDARD_PROBE, VIRTUAL_WIRE,
+        DEFAULT_SOURCE, DEMO_PART, DEMO_PLAN, IN_PROCESS, RECOMMENDED_RIG, SERVICE, STANDARD_PROBE,
+        VIRTUAL_WIRE,
     )  # fmt: skip
     from ocmm_core.composition._feed_makers import (
         bus_config, bus_description, described_cameras, identities, rate_of,
@@ -47,15 +47,14 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "DEFAULT_SEED", "DEFAULT_SOURCE", "DEMO_PART", "DEMO_PLAN", "IN_PROCESS", "REAL_WIRE",
-    "RECOMMENDED_RIG", "SERVICE", "STANDARD_PROBE", "VIRTUAL_ROOM", "VIRTUAL_WIRE",
-    "AcceptanceBench", "AcceptanceSite", "BuiltStation", "ClimateRequest", "Errand", "Feed",
-    "NamedSource", "Origin", "Remaining", "ScriptedOperator", "ScriptedRig", "SourceSpec",
-    "StateLine", "StatedConditions", "StationRequest", "StationState", "TestsMade", "build_station",
-    "bus_config", "bus_description", "calibration_of", "checked_for_replay", "choose_calibration",
-    "choose_probe", "climate_in_use", "default_test_folder", "described_cameras", "earlier_use",
-    "identities", "instrument_of", "late", "make_feed", "named_artefact", "names_in_words",
-    "open_test_site", "origin_of", "rate_of", "recorded_feed", "request_of_settings",
-    "require_recorded", "require_scenes", "source_help", "source_of", "sources", "start_test",
-    "station_state", "stream_options", "tests_folder", "virtual_names",
+    "DEFAULT_SOURCE", "DEMO_PART", "DEMO_PLAN", "IN_PROCESS", "RECOMMENDED_RIG", "SERVICE",
+    "STANDARD_PROBE", "VIRTUAL_ROOM", "VIRTUAL_WIRE", "AcceptanceBench", "AcceptanceSite",
+    "BuiltStation", "ClimateRequest", "Errand", "Feed", "NamedSource", "Origin", "Remaining",
+    "ScriptedOperator", "ScriptedRig", "SourceSpec", "StateLine", "StatedConditions",
+    "StationRequest", "StationState", "TestsMade", "build_station", "bus_config", "bus_description",
+    "calibration_of", "checked_for_replay", "choose_calibration", "choose_probe", "climate_in_use",
+    "default_test_folder", "described_cameras", "earlier_use", "identities", "late", "make_feed",
+    "names_in_words", "open_test_site", "origin_of", "rate_of", "recorded_feed",
+    "request_of_settings", "require_recorded", "require_scenes", "source_help", "source_of",
+    "sources", "start_test", "station_state", "stream_options", "tests_folder", "virtual_names",
 ]  # fmt: skip

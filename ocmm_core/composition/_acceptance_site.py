@@ -93,7 +93,11 @@ def named_artefact(name: str) -> acceptance.UsedArtefact:
     if path.suffix != ".toml":
         return acceptance.ArtefactRegister().used(name)
     last: InputError | None = None
-    for read in (acceptance.load_used, _bar_of, _sphere_of):
+    for read in (
+        acceptance.load_used,
+        lambda path: acceptance.used_bar(load_bar(path)),
+        lambda path: acceptance.used_sphere(load_sphere(path)),
+    ):
         try:
             return read(path)
         except InputError as error:
@@ -105,14 +109,6 @@ def named_artefact(name: str) -> acceptance.UsedArtefact:
         f"{path}: this is no document of an artefact.",
         "Give ocmm.artefact/1, ocmm.length-bar/1 or ocmm.sphere/1.",
     ) from last
-
-
-def _bar_of(path: Path) -> acceptance.UsedArtefact:
-    return acceptance.used_bar(load_bar(path))
-
-
-def _sphere_of(path: Path) -> acceptance.UsedArtefact:
-    return acceptance.used_sphere(load_sphere(path))
 
 
 def default_test_folder() -> Path:

@@ -165,9 +165,9 @@ class StationState:
     lines: tuple[StateLine, ...]
 
 
-def station_state(settings: Settings, now: datetime | None = None) -> StationState:
+def station_state(settings: Settings) -> StationState:
     """Return status of cameras and tip from records, without cameras; errors become lines."""
-    now = now or datetime.now(UTC)
+    now = datetime.now(UTC)
     source = settings.instrument_source
     try:
         simulated = origin_of(source) is Origin.VIRTUAL

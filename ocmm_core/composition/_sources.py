@@ -83,8 +83,7 @@ def late(module: str, maker: str, *first: object) -> Callable[..., Any]:
     """
 
     def make(*given: object) -> object:
-        made: object = getattr(import_module(module), maker)(*first, *given)
-        return made
+        return getattr(import_module(module), maker)(*first, *given)
 
     make.__name__, make.__module__ = maker, module
     return make

@@ -130,10 +130,8 @@ def _measure(computer: Computer, folder: Path) -> Iterator[float]:
 
 
 def _existing(computer: Computer, folder: Path) -> Path:
-    for one in (folder, *folder.parents):
-        if computer.place(one).is_dir():
-            return one
-    return Path("/")
+    found = (one for one in (folder, *folder.parents) if computer.place(one).is_dir())
+    return next(found, Path("/"))
 
 
 def _file_system(computer: Computer, folder: Path) -> str:

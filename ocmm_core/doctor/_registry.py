@@ -175,9 +175,8 @@ def _modes(computer: Computer) -> list[tuple[int, int]]:
     found = []
     for name in computer.names(_DRM):
         folder = f"{_DRM}/{name}"
-        if not computer.has(f"{folder}/status") or not computer.has(f"{folder}/modes"):
-            continue
-        if computer.text(f"{folder}/status") != "connected":
+        named = computer.has(f"{folder}/status") and computer.has(f"{folder}/modes")
+        if not named or computer.text(f"{folder}/status") != "connected":
             continue
         # The kernel lists the preferred mode first.
         mode = re.match(r"(\d{2,5})x(\d{2,5})", computer.text(f"{folder}/modes"))

@@ -68,9 +68,7 @@ class WindowsHost(Host):
     def open_as_it_is(self, path: Path) -> int:
         if path.is_symlink():
             raise OSError(errno.ELOOP, "it is a link", str(path))
-        if path.is_dir():
-            return self.open_to_lock(path)
-        return self.open_file(path, os.O_RDWR)
+        return self.open_to_lock(path) if path.is_dir() else self.open_file(path, os.O_RDWR)
 
     def is_at(self, descriptor: int, path: Path) -> bool:
         there = path / _FOLDER_LOCK if path.is_dir() else path

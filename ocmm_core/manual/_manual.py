@@ -201,8 +201,6 @@ class ManualHit:
     """`chapter`, `title`: Headings of the document and of the section."""
     excerpt: str
     """Text around the best match; empty for a section of headings alone."""
-    marked: tuple[tuple[int, int], ...]
-    """Start and end of each match in the excerpt, characters."""
     score: float
     """Higher is better."""
 
@@ -250,11 +248,10 @@ class Index:
                 _weight(count, length / self._mean) * _rarity(len(counts), held)
                 for count, held in zip(row, holders, strict=True)
             )
-            excerpt, marked = _excerpt(section.text, wanted, joins=_joins(chapter))
+            excerpt = _excerpt(section.text, wanted, joins=_joins(chapter))
             hits.append(
                 ManualHit(
-                    chapter.name, section.anchor, chapter.title, section.title, excerpt, marked,
-                    score,
+                    chapter.name, section.anchor, chapter.title, section.title, excerpt, score,
                 )
             )  # fmt: skip
         # Equal ranks stay in reading order.
@@ -296,10 +293,8 @@ def _rarity(sections: int, holders: int) -> float:
     return math.log(1.0 + (sections - holders + 0.5) / (holders + 0.5))
 
 
-def _excerpt(
-    text: str, wanted: Sequence[str], *, joins: bool
-) -> tuple[str, tuple[tuple[int, int], ...]]:
-    """Return the line with most matches, cut around the first, and their positions."""
+def _excerpt(text: str, wanted: Sequence[str], *, joins: bool) -> str:
+    """Return the line with most matches, cut around the first."""
     lines = text.split("\n")
     found = [_places(line, wanted, joins=joins) for line in lines]
     # Most distinct words first, then adjacent ones; ties: first line.
@@ -318,12 +313,7 @@ def _excerpt(
     if end - begin > _EXCERPT:
         end = max(line.rfind(" ", begin, begin + _EXCERPT), begin + _EXCERPT // 2)
     front, back = "… " if begin else "", " …" if end < len(line) else ""
-    marked = tuple(
-        (first - begin + len(front), last - begin + len(front))
-        for _word, first, last in places
-        if first >= begin and last <= end
-    )
-    return f"{front}{line[begin:end]}{back}", marked
+    return f"{front}{line[begin:end]}{back}"
 
 
 def _places(line: str, wanted: Sequence[str], *, joins: bool) -> list[tuple[str, int, int]]:

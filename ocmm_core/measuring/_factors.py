@@ -109,8 +109,7 @@ class PointFactors:
         by = rows.by_shared
         of_shared, with_own = self.of_shared(rows)
         mixed = with_own @ by.T
-        total: Float = by @ of_shared @ by.T + mixed + mixed.T + own
-        return total
+        return by @ of_shared @ by.T + mixed + mixed.T + own
 
     def of_shared(self, rows: DeviationRows) -> tuple[Float, Float]:
         """Return the covariance (q, q) of the shared quantities, and theirs (n, q) with own parts.

@@ -54,8 +54,7 @@ class MeasuredPoint:
     @property
     def surface_world(self) -> Float:
         """Return the compensated surface point (3,), mm, world frame."""
-        compensated: Float = self.tip_world - self.tip_radius * self.direction
-        return compensated
+        return self.tip_world - self.tip_radius * self.direction
 
     @property
     def seen(self) -> NDArray[np.bool_]:

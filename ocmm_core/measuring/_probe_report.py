@@ -307,8 +307,7 @@ def _sensitivities(
 
 def _squares(item: TipSensitivity) -> Float:
     by_spots = item.by_spots.reshape(3, -1)
-    squares: Float = by_spots @ by_spots.T
-    return squares
+    return by_spots @ by_spots.T
 
 
 def _rms(covariances: list[Float]) -> float:

@@ -237,7 +237,12 @@ def average(
     if noise is not None:
         still = noise.judge(window, judged, options.still_mm)
     else:
-        still = _judge(window, judged, options.still_mm)
+        still = tracking.judge_stillness(
+            _seconds(window)[judged],
+            window.tip_world[judged],
+            window.tip_covariance[judged],
+            options.still_mm,
+        )
     if still.motion is not None:
         return _moving(still.motion, time_s)
     if not enough:
@@ -307,12 +312,6 @@ def _seconds(window: tracking.TrackBlock) -> Float:
     return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
 
 
-def _judge(window: tracking.TrackBlock, frames: Int, limit_mm: float) -> tracking.Stillness:
-    return tracking.judge_stillness(
-        _seconds(window)[frames], window.tip_world[frames], window.tip_covariance[frames], limit_mm
-    )
-
-
 def _motion_of_reference(
     window: tracking.TrackBlock, frames: Int, limit_mm: float
 ) -> tracking.BallMotion | None:
@@ -346,8 +345,7 @@ def _independent_share(tips: Float, covariances: Float, rig: Rig) -> float:
     found = min(found + (1.0 + 4.0 * found) / len(tips), 0.99)
     stated = rig.markers.document.noise.correlation
     doubt = np.sqrt((1.0 - stated**2) / plain.size)
-    correlation = found if found > stated + _CLEARLY * doubt else stated
-    return independent_share(correlation)
+    return independent_share(found if found > stated + _CLEARLY * doubt else stated)
 
 
 def _covariance_of_mean(tips: Float, covariances: Float) -> Float:

@@ -186,8 +186,7 @@ def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
     In the order of `measuring.joint_factors`. One scale is common to all points, so its uncertainty
     grows with lengths, not with the position of the part.
     """
-    movement: Float = np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])
-    return movement
+    return np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])
 
 
 def _probe_words(probe: TemperatureState) -> str:

@@ -263,10 +263,7 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
         else:
             reached = float(length)
         total += vector * length
-    if reached < distance:
-        return None
-    direction: Float = total / np.linalg.norm(total)
-    return direction
+    return None if reached < distance else total / np.linalg.norm(total)
 
 
 METHODS = ("approach", "pulled", "shank", "nominal")

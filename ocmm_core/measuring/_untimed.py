@@ -58,5 +58,4 @@ def with_skew(
 def _slope(times: Float, values: Float) -> Float:
     """Return the slope of values (n, ...) over times (n,) by least squares."""
     about = times - times.mean()
-    slope: Float = np.tensordot(about, values, axes=1) / float(about @ about)
-    return slope
+    return np.tensordot(about, values, axes=1) / float(about @ about)

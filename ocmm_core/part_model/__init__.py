@@ -20,25 +20,24 @@ if TYPE_CHECKING:
         model_from_bytes, model_reader, model_to_bytes, read_model_file, write_model_file,
     )  # fmt: skip
     from ocmm_core.part_model._nearest import (
-        EDGE_MM, RIVAL_MM, STRETCH, Feet, SearchedFace, followed_feet, nearest_feet, searched_face,
+        Feet, SearchedFace, followed_feet, nearest_feet, searched_face,
     )  # fmt: skip
     from ocmm_core.part_model._nominal_face import (
         NominalFace, face_fault, nominal_face, searched, spread_places,
     )  # fmt: skip
     from ocmm_core.part_model._part_model import (
-        FARTHEST_MM, MOST_FACES, MOST_TRIANGLES, NO_COLOUR, ModelFace, PartModel, PlacedPart,
-        Placement, SplineSurface, Triangles,
+        FARTHEST_MM, MOST_FACES, MOST_TRIANGLES, ModelFace, PartModel, PlacedPart, Placement,
+        SplineSurface, Triangles,
     )  # fmt: skip
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "EDGE_MM", "FARTHEST_MM", "LARGEST_MODEL", "MODEL_ENDING", "MOST_FACES", "MOST_TRIANGLES",
-    "NO_COLOUR", "RIVAL_MM", "STEP_ENDINGS", "STRETCH", "Feet", "FilesOfModel", "ModelFace",
-    "ModelReader", "NominalFace", "PartModel", "PlacedPart", "Placement", "SearchedFace",
-    "SplineSurface", "Triangles", "bezier_surface", "derivatives_at", "face_fault", "followed_feet",
-    "model_endings", "model_from_bytes", "model_reader", "model_to_bytes", "nearest_feet",
-    "nominal_face", "normals_at", "places_at", "read_model_file", "searched", "searched_face",
-    "spread_places", "write_model_file",
+    "FARTHEST_MM", "LARGEST_MODEL", "MODEL_ENDING", "MOST_FACES", "MOST_TRIANGLES", "STEP_ENDINGS",
+    "Feet", "FilesOfModel", "ModelFace", "ModelReader", "NominalFace", "PartModel", "PlacedPart",
+    "Placement", "SearchedFace", "SplineSurface", "Triangles", "bezier_surface", "derivatives_at",
+    "face_fault", "followed_feet", "model_endings", "model_from_bytes", "model_reader",
+    "model_to_bytes", "nearest_feet", "nominal_face", "normals_at", "places_at", "read_model_file",
+    "searched", "searched_face", "spread_places", "write_model_file",
 ]  # fmt: skip

@@ -83,8 +83,7 @@ class PartModel:
     @property
     def box(self) -> Float:
         """Return the minimum and the maximum coordinates, (2, 3), mm."""
-        corners: Float = np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
-        return corners
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,7 +132,6 @@ _LONGEST_NAME = 255
 _COLOUR = re.compile(r"(#[0-9a-f]{6})?")
 _HASH = re.compile(r"[0-9a-f]{64}")
 _NO_NAME = re.compile(r"[\x00-\x1f\x7f/\\]")
-_ROUNDING = 1e-6
 _OUTSIDE = 1e-3
 """Part of the range of parameters by which an outline may leave it."""
 
@@ -199,9 +197,7 @@ def _why_no_edges(model: PartModel) -> str:
         return "an edge has no such face"
     if starts.shape != (len(sides) + 1,) or starts[0] != 0 or starts[-1] != len(points):
         return "its edges do not begin and end where they should"
-    if not (np.diff(starts) >= 2).all():
-        return "an edge has no two points"
-    return ""
+    return "an edge has no two points" if not (np.diff(starts) >= 2).all() else ""
 
 
 def _why_no_face(face: ModelFace) -> str:

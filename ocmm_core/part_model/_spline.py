@@ -115,8 +115,7 @@ def places_at(surface: BezierSurface, parameters: Float) -> Float:
     a, bernstein_u = _bernstein(surface.breaks_u, surface.poles.shape[2] - 1, parameters[:, 0], 0)
     b, bernstein_v = _bernstein(surface.breaks_v, surface.poles.shape[3] - 1, parameters[:, 1], 0)
     found = _summed(surface.poles[a, b], bernstein_u, bernstein_v)[:, 0, 0]
-    places: Float = found[:, :3] / found[:, 3:]
-    return places
+    return found[:, :3] / found[:, 3:]
 
 
 def normals_at(surface: BezierSurface, parameters: Float) -> Float:
@@ -195,8 +194,7 @@ def _summed(poles: Float, by_u: Float, by_v: Float) -> Float:
     """Return poles by polynomials, (m, a, b, 4); matrix products take half the time of one sum."""
     m, p, q, _ = poles.shape
     rows = (by_u @ poles.reshape(m, p, 4 * q)).reshape(m, by_u.shape[1], q, 4)
-    found: Float = by_v[:, None] @ rows
-    return found
+    return by_v[:, None] @ rows
 
 
 def _bernstein(breaks: Float, degree: int, parameters: Float, orders: int = 2) -> tuple[Int, Float]:
@@ -205,8 +203,7 @@ def _bernstein(breaks: Float, degree: int, parameters: Float, orders: int = 2) -
     width = breaks[spans + 1] - breaks[spans]
     share = (parameters - breaks[spans]) / width
     found = np.zeros((len(parameters), orders + 1, degree + 1))
-    values = _polynomials(share, degree)
-    found[:, 0] = values
+    found[:, 0] = _polynomials(share, degree)
     for order in range(1, orders + 1):
         if degree < order:
             break
@@ -223,8 +220,7 @@ def _bernstein(breaks: Float, degree: int, parameters: Float, orders: int = 2) -
 
 def _polynomials(share: Float, degree: int) -> Float:
     counts = np.array([comb(degree, i) for i in range(degree + 1)], dtype=np.float64)
-    found: Float = counts * _powers(share, degree) * _powers(1.0 - share, degree)[:, ::-1]
-    return found
+    return counts * _powers(share, degree) * _powers(1.0 - share, degree)[:, ::-1]
 
 
 def _powers(base: Float, most: int) -> Float:
@@ -323,14 +319,13 @@ def _step(
     determinant = a * c - b * b
     safe = np.where(determinant > 0.0, determinant, a * c)
     off = np.where(determinant > 0.0, b, 0.0)
-    step: Float = -np.stack(
+    return -np.stack(
         [
             (c * gradient[:, 0] - off * gradient[:, 1]) / safe,
             (a * gradient[:, 1] - off * gradient[:, 0]) / safe,
         ],
         axis=1,
     )
-    return step
 
 
 def _within(surface: BezierSurface, parameters: Float) -> Float:

@@ -239,10 +239,9 @@ def _direction(along: Float, other: Float) -> Float:
     lengths, others = np.linalg.norm(along, axis=1), np.linalg.norm(other, axis=1)
     use = np.where((lengths >= 1e-9 * np.maximum(others, 1e-12))[:, None], along, other)
     norms = np.linalg.norm(use, axis=1)
-    units: Float = np.where(
+    return np.where(
         (norms > 0.0)[:, None], use / np.maximum(norms, 1e-300)[:, None], np.array([1.0, 0.0, 0.0])
     )
-    return units
 
 
 def _perpendicular(directions: Float) -> Float:

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.seals._public import KnownKey, public_from_text, public_text, shown_key
     from ocmm_core.seals._signature import (
-        NOT_SIGNED, NO_RELEASE, RELEASE_ENDING, Release, ReleaseState, SealState, SealWord,
-        Signature, Signed, judge_release, judge_signature, release_file, release_path,
-        release_state, sign,
+        NO_RELEASE, RELEASE_ENDING, Release, ReleaseState, SealState, SealWord, Signature, Signed,
+        judge_release, judge_signature, release_file, release_path, release_state, sign,
     )  # fmt: skip
     from ocmm_core.seals._tokens import TokenPlace
     from ocmm_core.seals._x509 import (
@@ -37,12 +36,12 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "KEY_IN_FORCE", "NOT_SIGNED", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey",
-    "KeptKeys", "KeyFolder", "KnownEnd", "KnownKey", "Release", "ReleaseState", "SealState",
-    "SealWord", "Signature", "Signed", "StationKey", "TokenPlace", "document_key", "expect",
-    "judge_release", "judge_signature", "key_lost", "learn_heads", "memory_file", "memory_folder",
-    "memory_loss", "memory_start", "public_from_text", "public_text", "recall", "release_file",
-    "release_path", "release_state", "remember", "set_station_clock", "shown_key", "sign",
-    "signed_heads", "signed_job_heads", "start_memory", "station_certificate", "station_clock",
-    "station_of", "write_station_certificate",
+    "KEY_IN_FORCE", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey", "KeptKeys",
+    "KeyFolder", "KnownEnd", "KnownKey", "Release", "ReleaseState", "SealState", "SealWord",
+    "Signature", "Signed", "StationKey", "TokenPlace", "document_key", "expect", "judge_release",
+    "judge_signature", "key_lost", "learn_heads", "memory_file", "memory_folder", "memory_loss",
+    "memory_start", "public_from_text", "public_text", "recall", "release_file", "release_path",
+    "release_state", "remember", "set_station_clock", "shown_key", "sign", "signed_heads",
+    "signed_job_heads", "start_memory", "station_certificate", "station_clock", "station_of",
+    "write_station_certificate",
 ]  # fmt: skip

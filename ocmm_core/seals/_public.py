@@ -28,7 +28,7 @@ from ocmm_core.cleanup import hold
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._private_file import guarded_content, unwritable
-from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded
+from ocmm_core.side_files import open_guarded
 
 _ED25519_BYTES, _P256_BYTES, _SIGNATURE_BYTES = 32, 33, 64
 _P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
@@ -112,7 +112,6 @@ def _compressed(key: EllipticCurvePublicKey) -> bytes:
 
 
 _RING = "known_keys.json"
-_LARGEST = SIDE_FILES[Trusted.KEYS][0].most
 _LOCK = ".changing"
 _SCHEMA = "ocmm.keys/1"
 _NAME_LENGTH = 60

@@ -15,10 +15,9 @@ first at start.
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile, toml_text
+    from ocmm_core.settings._file import Note, SettingsFile, toml_text
     from ocmm_core.settings._settings import (
         SETTINGS_NAME, LoadedSettings, SettingOrigin, Settings, SettingsStore, released_plans_only,
-        temperatures_hold,
     )  # fmt: skip
     from ocmm_core.settings._specs import (
         DEFAULT_SOURCE, RECOMMENDED_RIG, SECTIONS, SETTINGS, STANDARD_PROBE, Applies, Kind, Scope,
@@ -29,8 +28,8 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA",
-    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note", "Scope", "SettingOrigin",
-    "SettingSpec", "Settings", "SettingsFile", "SettingsStore", "Value", "released_plans_only",
-    "spec_of", "temperatures_hold", "text_of", "toml_text", "value_of_text",
+    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "STANDARD_PROBE",
+    "Applies", "Kind", "LoadedSettings", "Note", "Scope", "SettingOrigin", "SettingSpec",
+    "Settings", "SettingsFile", "SettingsStore", "Value", "released_plans_only", "spec_of",
+    "text_of", "toml_text", "value_of_text",
 ]  # fmt: skip

@@ -271,6 +271,4 @@ def temperatures_hold(stamp: str, valid_h: float, now: datetime) -> bool:
         typed = datetime.fromisoformat(stamp)
     except ValueError:
         return False
-    if typed.tzinfo is None:
-        return False
-    return -_AHEAD <= now - typed <= timedelta(hours=valid_h)
+    return typed.tzinfo is not None and -_AHEAD <= now - typed <= timedelta(hours=valid_h)

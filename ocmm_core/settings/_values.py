@@ -69,10 +69,10 @@ def checked(spec: SettingSpec, value: object) -> Value:
     return text
 
 
-def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
+def value_of_text(spec: SettingSpec, text: str) -> Value:
     """Return the value of a typed text; an empty text is the default.
 
-    ``look``: also check that files exist and documents have the right schema. InputError otherwise.
+    InputError if it is faulty, a file is missing, or a document has another schema.
     """
     text = text.strip()
     if not text:
@@ -92,7 +92,7 @@ def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
         raise _wrong(spec, text, "is changed in the list of keys of the window")
     if spec.kind in (Kind.FILE, Kind.FOLDER):
         value = checked(spec, str(Path(text).expanduser().absolute()))
-        if look and isinstance(value, Path):
+        if isinstance(value, Path):
             look_at(spec, value)
         return value
     return checked(spec, text)

@@ -76,8 +76,8 @@ class KeptView(Generic[V]):
 class CalibrationWatch:
     """Judge the calibration in use repeatedly; `view` never waits for a camera.
 
-    `bus`: None if frames do not come over one. `objects`: access to the cameras, or None. `clock`:
-    local time with zone. `failed`: receives the error that ended polling.
+    `bus`: None if frames do not come over one. `objects`: access to the cameras, or None.
+    `failed`: receives the error that ended polling.
     """
 
     def __init__(
@@ -85,13 +85,11 @@ class CalibrationWatch:
         in_use: CalibrationInUse,
         bus: BusWatch | None,
         objects: Objects | None,
-        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
         failed: Callable[[Exception], object] = lambda error: None,
     ) -> None:
         self.in_use = in_use
         self._bus = bus
         self._objects = objects
-        self._clock = clock
         self._failed = failed
         self._kept = KeptView(self._judge)
         self._stored: Blocker | None = None
@@ -147,7 +145,7 @@ class CalibrationWatch:
             self._asked = None
 
     def _judge(self) -> CalibrationView:
-        view = judge(self.in_use, self._clock())
+        view = judge(self.in_use, datetime.now(UTC))
         report = self._bus.report() if self._bus is not None else None
         record = self.in_use.record
         if record is not None and report is not None:

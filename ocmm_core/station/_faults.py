@@ -136,8 +136,7 @@ class StationFaults:
             self.failed.emit(error)
         except EmitLoopError as fault:
             # No listeners are left; the state has the fault.
-            told = contained(fault, "A listener to 'failed'")
-            _log.error("%s", told)
+            _log.error("%s", contained(fault, "A listener to 'failed'"))
 
 
 class StationEvents:

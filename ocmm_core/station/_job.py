@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ocmm_core.errors import MeasuringError, OcmmError, StorageError
 from ocmm_core.export import DEFAULT_FORMAT, write_report
-from ocmm_core.export.report import Instrument, Profile, ReportData, reported_features
+from ocmm_core.export.report import Instrument, ReportData, reported_features
 from ocmm_core.export.template import paper_of
 from ocmm_core.failure import contained
 from ocmm_core.inspection.causes import Explanation
@@ -170,13 +170,12 @@ class Reports:
         self,
         directory: Path,
         formats: Sequence[str] = (DEFAULT_FORMAT,),
-        profile: Profile | None = None,
         *,
         incomplete: bool = False,
     ) -> tuple[Path, ...]:
         """Write reports on the sheet of this station; as `write_report`, InputError: template."""
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
-        files = write_report(data, formats, directory, profile, incomplete=incomplete)
+        files = write_report(data, formats, directory, incomplete=incomplete)
         written = tuple(map(FileIdentity.of_written, files))
         lost = self._current.now.file.check_name()
         if lost is not None:
@@ -247,8 +246,7 @@ def drop_if_empty(job: JobFile) -> None:
 
 def drop_job_without_points(path: Path) -> bool:
     """Remove a closed job without points, return if so; StorageError: in use or damaged, kept."""
-    job = JobFile.open(path)
-    drop_if_empty(job)
+    drop_if_empty(JobFile.open(path))
     return not path.exists()
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ocmm_core import measuring
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, FrameBlock, StopReason
 from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.coach import Sensitivities
@@ -16,13 +17,6 @@ from ocmm_core.errors import TrackingError
 from ocmm_core.fieldbus.report import BusPhase, trouble_words
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.evaluation import LiveView, ReferenceView, StatusWord
-from ocmm_core.measuring import (
-    PathProgress,
-    PointOptions,
-    explain,
-    explain_reference,
-    point_uncertainty,
-)
 from ocmm_core.station._bus_watch import SILENCE_S, BusWatch
 from ocmm_core.station.coaching import LastPose, ProbeNow
 from ocmm_core.tracking import (
@@ -75,7 +69,7 @@ def judge_reference(
         )
     if status is FrameStatus.DOUBTFUL:
         return StatusWord.INACCURATE, "The spots do not fit the reference body."
-    return StatusWord.LOST, explain_reference(seen, rig, 0.0).what
+    return StatusWord.LOST, measuring.explain_reference(seen, rig, 0.0).what
 
 
 _STALE_S = 0.3
@@ -104,7 +98,7 @@ class LiveState:
         self,
         rig: Rig,
         body: ProbeBody,
-        options: PointOptions,
+        options: measuring.PointOptions,
         bus: BusWatch | None,
         reference: ReferenceBody | None = None,
     ) -> None:
@@ -123,7 +117,7 @@ class LiveState:
         self._reference_lost = (StatusWord.NOT_READY, "")
         self._reason = ""
         self._collecting = False
-        self._path: PathProgress | None = None
+        self._path: measuring.PathProgress | None = None
         self._uncertainty: float | None = None
         self._uncertainty_at = -np.inf
         self._uncertainty_lock = threading.Lock()
@@ -140,7 +134,7 @@ class LiveState:
         pipeline: TrackingPipeline,
         *,
         collecting: bool,
-        path: PathProgress | None = None,
+        path: measuring.PathProgress | None = None,
     ) -> None:
         """Process the latest frames (reconstruction thread only)."""
         now = time.monotonic()
@@ -282,7 +276,7 @@ class LiveState:
         if status is FrameStatus.REFERENCE_LOST:
             return self._reference_lost
         if status is FrameStatus.LOST:
-            return StatusWord.LOST, explain(track, self._rig, 0.0).what
+            return StatusWord.LOST, measuring.explain(track, self._rig, 0.0).what
         if status is FrameStatus.UNIDENTIFIED:
             return StatusWord.LOST, f"LED identification is ambiguous: {self._reason}."
         if status is FrameStatus.DOUBTFUL:
@@ -344,7 +338,7 @@ class LiveState:
             (sensitivity,) = self._sensitivities_at(track, frame)(track.uv[frame][None])
         except TrackingError:
             return None
-        return point_uncertainty(sensitivity, self._rig, self._body)
+        return measuring.point_uncertainty(sensitivity, self._rig, self._body)
 
     def _sensitivities_at(self, track: TrackBlock, frame: int) -> Sensitivities:
         """Return the sensitivities of the ball to spots, relative to the reference body."""

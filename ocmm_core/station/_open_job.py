@@ -8,7 +8,6 @@ other programs also hold points. Without a store it lasts as long as the job.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -40,8 +39,8 @@ _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibra
 class ChangeWatch:
     """Feed the monitor and act on its findings; `push` belongs to the reconstruction thread.
 
-    `session`, `job`: Hold the points. `clock`: Local time with its zone. Raises CalibrationError if
-    the baseline learned for this calibration is damaged.
+    `session`, `job`: Hold the points. Raises CalibrationError if the baseline learned for this
+    calibration is damaged.
     """
 
     def __init__(
@@ -50,14 +49,12 @@ class ChangeWatch:
         body: ProbeBody,
         session: InspectionSession,
         job: JobFile,
-        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
         self._in_use = in_use
         self._body = body
         self._session = session
         self._job = job
         self._settled = 0
-        self._clock = clock
         self._baseline = None
         if in_use.record is not None and in_use.store is not None:
             self._baseline = monitor.load_baseline(
@@ -118,7 +115,7 @@ class ChangeWatch:
             store = self._in_use.store
             of_cameras = alarm.cause in (monitor.ChangeCause.CAMERA, monitor.ChangeCause.UNKNOWN)
             if store is not None and of_cameras and view.word in _USABLE:
-                now = self._clock()
+                now = datetime.now(UTC)
                 # Never found good in this run: the change may be earlier.
                 since = None
                 if since_s is not None:
@@ -250,9 +247,8 @@ class PartLoader:
     def start(self, job: OpenJob) -> None:
         """Load the part of a job, unless its file holds it, cancelling a running load."""
         self.close()
-        if job.session.part.model is not None or job.use.plan.model is None:
-            return
-        if job.use.file is None:
+        shown = job.session.part.model is not None
+        if shown or job.use.plan.model is None or job.use.file is None:
             return
         self._given_up = threading.Event()
         self._thread = threading.Thread(

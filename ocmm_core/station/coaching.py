@@ -136,11 +136,6 @@ class CoachWatch:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ocmm-coach", daemon=True)
 
-    @property
-    def shown(self) -> CoachView:
-        """Return the last reported view."""
-        return self._shown
-
     def start(self) -> None:
         """Start the thread."""
         self._thread.start()

@@ -14,7 +14,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
-    from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
+    from ocmm_core.storage._faults import damaged, saved_sentence
     from ocmm_core.storage._guard import HeldConnection, database_content, open_in_place
     from ocmm_core.storage._held_jobs import (
         HeldJobs, held_jobs_file, held_sentences, read_held_jobs, write_held_jobs,
@@ -35,7 +35,7 @@ __all__ = [
     "ADOPTED", "AUDITED", "CLOCK", "LEFT_OUT", "NAMED", "RESCUED", "AuditedStep", "HeldConnection",
     "HeldJobs", "JobContent", "JobEvent", "JobFile", "JobHead", "JobReference", "JobSeal",
     "JobStep", "JobSummary", "Observed", "bad_event", "damaged", "database_content", "digest_row",
-    "event_value", "held_jobs_file", "held_sentences", "judge_head", "make_head", "no_job",
-    "not_writable", "now_utc", "open_in_place", "read_held_jobs", "read_job", "read_summary",
-    "saved_sentence", "write_held_jobs",
+    "event_value", "held_jobs_file", "held_sentences", "judge_head", "make_head", "now_utc",
+    "open_in_place", "read_held_jobs", "read_job", "read_summary", "saved_sentence",
+    "write_held_jobs",
 ]  # fmt: skip

@@ -163,7 +163,7 @@ class GuardedConnection(HeldConnection):
         self._path, self._size = path, size
         for limit, most in _LIMITS.items():
             self.setlimit(limit, most)
-        self.set_progress_handler(self._is_over, _STEPS)
+        self.set_progress_handler(lambda: time.thread_time() > self._until_s, _STEPS)
         self.renew()
         harden(self)
 
@@ -175,9 +175,6 @@ class GuardedConnection(HeldConnection):
             size = 0
         # CPU time of this thread: a slow disk or a busy computer is not a fault of the file.
         self._until_s = time.thread_time() + BASE_S + size / _BYTES_A_SECOND
-
-    def _is_over(self) -> bool:
-        return time.thread_time() > self._until_s
 
 
 def harden(db: sqlite3.Connection) -> None:

@@ -60,10 +60,10 @@ def write_held_jobs(held: HeldJobs, path: Path | None = None) -> None:
         ) from error
 
 
-def held_sentences(job_uuid: str, path: Path | None = None) -> tuple[str, ...]:
+def held_sentences(job_uuid: str) -> tuple[str, ...]:
     """Return why the archive holds a job; an unreadable file holds every job."""
     try:
-        found = read_held_jobs(path).jobs.get(job_uuid, {})
+        found = read_held_jobs().jobs.get(job_uuid, {})
     except StorageError as error:
         return (f"{error.what} {error.remedy}",)
     return tuple(f"Held back by the archive: {why}" for _, why in sorted(found.items()))

@@ -6,6 +6,7 @@ import sqlite3
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.measuring import MeasuredPoint
@@ -198,19 +199,27 @@ def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference
 
 def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
     """Return the reference body or None; StorageError if it was altered."""
+    stored = _only_row(db, path, "reference", "the reference body was changed after it was stored")
+    if stored is None:
+        return None
+    fault = reference_fault(stored)
+    if fault:
+        raise damaged(path, fault)
+    return reference_from_row(stored)
+
+
+def _only_row(db: sqlite3.Connection, path: Path, table: str, changed: str) -> list[Any] | None:
+    """Return the single row of a table or None; StorageError, as ``changed``, if altered."""
     row = db.execute(
-        f"SELECT {','.join(audit.AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
-        "LEFT JOIN audit ON subject = 'reference' AND key = id"
+        f"SELECT {','.join(audit.AUDITED[table])}, content_sha256 FROM {table} "  # noqa: S608 - constants
+        f"LEFT JOIN audit ON subject = '{table}' AND key = id"
     ).fetchone()
     if row is None:
         return None
     *stored, content = row
     if audit.digest_row(stored) != content:
-        raise damaged(path, "the reference body was changed after it was stored")
-    fault = reference_fault(stored)
-    if fault:
-        raise damaged(path, fault)
-    return reference_from_row(stored)
+        raise damaged(path, changed)
+    return list(stored)
 
 
 def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
@@ -225,15 +234,9 @@ def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
 
 def stored_part(db: sqlite3.Connection, path: Path) -> PartModel | None:
     """Return the nominal part or None; StorageError if it was altered."""
-    row = db.execute(
-        f"SELECT {','.join(audit.AUDITED['part'])}, content_sha256 FROM part "  # noqa: S608 - constants
-        "LEFT JOIN audit ON subject = 'part' AND key = id"
-    ).fetchone()
-    if row is None:
+    stored = _only_row(db, path, "part", "the part was changed after it was stored")
+    if stored is None:
         return None
-    *stored, content = row
-    if audit.digest_row(stored) != content:
-        raise damaged(path, "the part was changed after it was stored")
     try:
         part = model_from_bytes(stored[3], str(path))
     except InputError as error:

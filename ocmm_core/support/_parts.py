@@ -164,8 +164,7 @@ def _plain(value: Any, depth: int) -> Any:
 def _end_of(path: Path, most: int) -> bytes:
     try:
         with open(open_guarded(path), "rb") as stream:  # noqa: PTH123 - the guard opens it
-            size = stream.seek(0, os.SEEK_END)
-            stream.seek(max(size - most, 0))
+            stream.seek(max(stream.seek(0, os.SEEK_END) - most, 0))
             return stream.read(most)
     except OSError as error:
         return f"cannot be read ({error.strerror})".encode()

@@ -21,7 +21,6 @@ _PLY_TYPES = {
     "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
-_OFF = re.compile(r"(ST)?(C)?(N)?OFF(?:\s+(BINARY))?\s*(?:#.*)?")
 _OBJ = re.compile(rb"^[ \t]*(?:vn|vt|f|usemtl|mtllib|o|g|s)[ \t]+\S", re.MULTILINE)
 _STL_RECORD = 50
 

@@ -159,8 +159,7 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
             grid.log.add(line, text, "is a comment")
     check_texts(file, len(grid.comments) + len(grid.behind) + len(titles))
     statements = statements_in([*grid.comments, *grid.behind, *titles])
-    places = [plan.index(axis) for axis in AXES]
-    bare, suffixes = _without_units(rows, places)
+    bare, suffixes = _without_units(rows, [plan.index(axis) for axis in AXES])
     unit_cells = [(line, cells[plan.index("unit")]) for line, cells in rows if "unit" in plan.roles]
     lines = [line for line, _ in rows]
     units = choose_unit(

@@ -215,5 +215,4 @@ def chi2_limit(dof: Int) -> Float:
     """Return the chi-square limit with a chance of one in three million (Wilson-Hilferty)."""
     degrees = np.maximum(np.asarray(dof, dtype=np.float64), 1.0)
     ratio = 2.0 / (9.0 * degrees)
-    limit: Float = degrees * (1.0 - ratio + CHI2_SIGMAS * np.sqrt(ratio)) ** 3
-    return limit
+    return degrees * (1.0 - ratio + CHI2_SIGMAS * np.sqrt(ratio)) ** 3

@@ -8,7 +8,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Int
 from ocmm_core.tracking._body import ProbeBody
-from ocmm_core.tracking._body_tracker import BodyTracker, spot_sigma_px
+from ocmm_core.tracking._body_tracker import BodyTracker
 from ocmm_core.tracking._body_tracker import TrackingOptions as TrackingOptions
 from ocmm_core.tracking._reference import ReferenceTracker
 from ocmm_core.tracking._reference_body import ReferenceBody
@@ -33,10 +33,6 @@ class TrackingPipeline:
         self._probe = BodyTracker(self.rig, self.body.led_body, self.body.tip_probe, self.options)
         if self.reference is not None:
             self._reference = ReferenceTracker(self.rig, self.reference, self.options, self.home)
-
-    @property
-    def sigma_px(self) -> float:
-        return spot_sigma_px(self.rig)
 
     @property
     def slot_of_led(self) -> Int | None:

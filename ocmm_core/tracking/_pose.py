@@ -140,11 +140,6 @@ def reprojection(
     return np.concatenate(residuals), np.concatenate(rows)
 
 
-def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
-    """Return d(tip)/d(pose), (3, 6), for the pose increments of `reprojection`."""
-    return arm_jacobian(rotation @ body.tip_probe)
-
-
 def arm_jacobian(arm_world: Float) -> Float:
     """Return d(point)/d(pose), (..., 3, 6), of an arm, mm: rotation w moves it by -skew(arm) w."""
     x, y, z = np.moveaxis(arm_world, -1, 0)

@@ -242,8 +242,7 @@ def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> Trac
     else:
         turn, shift = motion_to_world(home, poses.rotation, poses.origin)
         turn[lost], shift[lost] = np.nan, np.nan
-    arms = probe.tip_world - poses.origin
-    by_pose = arm_jacobian(arms)
+    by_pose = arm_jacobian(probe.tip_world - poses.origin)
     covariance = probe.tip_covariance + by_pose @ poses.covariance @ by_pose.transpose(0, 2, 1)
     return replace(
         probe,
@@ -357,5 +356,4 @@ def _relative(
 
 
 def _moved(turn: Float, shift: Float, points: Float) -> Float:
-    moved: Float = (turn @ points[:, :, None])[:, :, 0] + shift
-    return moved
+    return (turn @ points[:, :, None])[:, :, 0] + shift

@@ -21,10 +21,6 @@ from ocmm_core.tracking._pose import arm_jacobian, require_spots
 from ocmm_core.tracking.kernels import ANSWERED, N_LENS, TOO_FEW, answer_of_poses
 
 
-def _nothing() -> Float:
-    return np.zeros((3, 0))
-
-
 @dataclass(frozen=True, slots=True)
 class TipSensitivity:
     """Tip of one set of spots and its derivatives; m spots were seen."""
@@ -40,7 +36,7 @@ class TipSensitivity:
     """(3, 14 C): in the order of `Rig.parameter_covariance`."""
     by_geometry: Float
     """(3, 3 L + 3): in the order of `ProbeBody.geometry_covariance`."""
-    by_common: Float = field(default_factory=_nothing)
+    by_common: Float = field(default_factory=lambda: np.zeros((3, 0)))
     """(3, k), mm: other effects common to all points of a job, one independent standard deviation a
     column: the home of a reference body; (3, 0) without one.
     """

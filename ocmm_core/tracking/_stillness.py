@@ -20,7 +20,7 @@ from enum import Enum
 
 import numpy as np
 
-from ocmm_core.geometry import Float, Int
+from ocmm_core.geometry import Float, Int, spiral
 
 _BATCHES, _LEAST_BATCHES, _LEAST_FRAMES = 25, 5, 8
 """Ten milliseconds a batch for a quarter of a second; fewer batches for few frames."""
@@ -64,16 +64,7 @@ class MotionKind(Enum):
     TREMBLED = "trembled"
 
 
-def _sphere(count: int) -> Float:
-    """Return unit vectors (count, 3), evenly spread (a Fibonacci lattice)."""
-    numbers = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * numbers / count
-    turn = np.pi * (1.0 + np.sqrt(5.0)) * numbers
-    ring = np.sqrt(1.0 - z**2)
-    return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
-
-
-_DIRECTIONS = _sphere(200)
+_DIRECTIONS = spiral(1.0 - 2.0 * (np.arange(200) + 0.5) / 200)
 
 
 @dataclass(frozen=True, slots=True)

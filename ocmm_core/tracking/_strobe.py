@@ -77,8 +77,7 @@ def is_lit(code: StrobeCode, counter: Int) -> NDArray[np.bool_]:
 def dark_bits(code: StrobeCode, counter: Int) -> NDArray[np.uint64]:
     """Return the dark LEDs in frames (n,) of the exposure counter: (n,), bit l for LED l."""
     weights = np.uint64(1) << np.arange(len(code.dark), dtype=np.uint64)
-    bits: NDArray[np.uint64] = ~is_lit(code, counter) @ weights
-    return bits
+    return ~is_lit(code, counter) @ weights
 
 
 def frames_needed(code: StrobeCode) -> int:

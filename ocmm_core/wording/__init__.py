@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from ocmm_core.wording._pattern import Pattern
     from ocmm_core.wording._translation import (
         ENGLISH, LANGUAGES, LANGUAGE_VARIABLE, Speech, Translation, in_language, language_of,
-        load_translation, with_comma,
+        load_translation,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "ENGLISH", "LANGUAGES", "LANGUAGE_VARIABLE", "Pattern", "Speech", "Translation", "in_language",
-    "language_of", "load_translation", "with_comma",
+    "language_of", "load_translation",
 ]  # fmt: skip

@@ -62,9 +62,7 @@ class Pattern:
         if early is None:
             return ()
         late = self._read(text, late=True)
-        if late is None or late == early:
-            return (early,)
-        return (early, late)
+        return (early,) if late is None or late == early else (early, late)
 
     def _read(self, text: str, *, late: bool) -> tuple[str, ...] | None:
         """Return one way to read a text. Places that led nowhere are not tried again.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_shop.studies._single import (
         LinearityStudy, StatedScatter, Suitability, Type1Study, compare_stated, linearity_study,
-        process_uncertainty, suitability, system_uncertainty, type1_study,
+        process_uncertainty, suitability, type1_study,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
@@ -36,5 +36,5 @@ __all__ = [
     "linearity_of", "linearity_study", "load_part_study", "load_study", "load_task",
     "make_part_study", "open_runs", "part_procedure", "plan_study", "plan_text",
     "process_uncertainty", "require_balanced", "save_part_study", "store_plan", "study_jobs",
-    "study_of", "suitability", "system_uncertainty", "type1_study", "uncertainty_for",
+    "study_of", "suitability", "type1_study", "uncertainty_for",
 ]  # fmt: skip

@@ -97,13 +97,15 @@ class GaugeStudy:
         return "good" if worst <= GOOD_PERCENT and self.ndc >= LEAST_NDC else "conditional"
 
 
+_CONFIDENCE = 0.90
+
+
 def gauge_study(
     values: Float,
     *,
     tolerance: float | None = None,
     one_sided: float | None = None,
     level: float = AIAG_LEVEL,
-    confidence: float = 0.90,
 ) -> GaugeStudy:
     """Return the study of values (parts, operators, trials).
 
@@ -146,7 +148,7 @@ def gauge_study(
             ((p - 1) / (p * r), ms_po, df_po),
             ((r - 1) / r, ms_e, df_e),
         ],
-        confidence,
+        _CONFIDENCE,
     )
     grr, pv = math.sqrt(grr2), math.sqrt(v_p)
     tv = math.hypot(grr, pv)
@@ -163,7 +165,7 @@ def gauge_study(
         parts=p, operators=o, trials=r, table=tuple(rows), interaction_f=f_po,
         interaction_p=p_po, pooled=pooled, level=level, var_repeat=ms_e, var_operator=v_o,
         var_interaction=v_po, var_part=v_p, ev=math.sqrt(ms_e), av=math.sqrt(v_o + v_po),
-        grr=grr, pv=pv, tv=tv, grr_low=low, grr_high=high, confidence=confidence,
+        grr=grr, pv=pv, tv=tv, grr_low=low, grr_high=high, confidence=_CONFIDENCE,
         study_percent=100.0 * grr / tv if tv > 0.0 else 0.0,
         contribution_percent=100.0 * grr2 / tv**2 if tv > 0.0 else 0.0,
         tolerance_percent=_of_tolerance(grr, mean, tolerance, one_sided),

@@ -180,14 +180,6 @@ def suitability(u_ms: float, u_mp: float, tolerance: float) -> Suitability:
     )  # fmt: skip
 
 
-def system_uncertainty(
-    u_cal: float, resolution: float, scatter: float, bias: float, u_linearity: float
-) -> float:
-    """Return u_MS: certificate, the larger of resolution / sqrt(12) and s, bias, linearity."""
-    readout = max(resolution / math.sqrt(12.0), scatter)
-    return math.sqrt(u_cal**2 + readout**2 + bias**2 / 3.0 + u_linearity**2)
-
-
 def process_uncertainty(
     u_ms: float, reproducibility: float, interaction: float, u_part: float, u_temperature: float
 ) -> float:
@@ -215,7 +207,10 @@ class StatedScatter:
     """A sentence; empty if they agree."""
 
 
-def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> StatedScatter:
+_JOINT = 0.99
+
+
+def compare_stated(values: Float, stated: Float) -> StatedScatter:
     """Return whether repeats scatter as stated by their standard uncertainty.
 
     `values`: (cells, r): repeats. `stated`: (cells,): standard uncertainty of one result, without
@@ -228,7 +223,7 @@ def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> St
         )
     cells, df = x.shape[0], x.shape[1] - 1
     ratios = x.std(axis=1, ddof=1) / u
-    half = 0.5 * (1.0 - confidence)
+    half = 0.5 * (1.0 - _JOINT)
     low, high = _band(half / cells, df)
     pooled = float(np.sqrt(np.mean(ratios**2)))
     pooled_low, pooled_high = _band(half, cells * df)

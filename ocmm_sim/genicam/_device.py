@@ -275,9 +275,9 @@ class GigeCamera:
             self._send_packet(sent.packet(block, number, _RESENT), target)
 
 
-def _wait_for(port: int, patience_s: float = 1.0) -> None:
+def _wait_for(port: int) -> None:
     """Wait until the receiver at a port of this computer has taken most of what it was sent."""
-    until = time.monotonic() + patience_s
+    until = time.monotonic() + 1.0
     ending = f":{port:04X} "
     while time.monotonic() < until:
         table = Path("/proc/self/net/udp").read_text(encoding="ascii").splitlines()

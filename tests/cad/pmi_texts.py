@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ocmm_cad.drawing import Account, AccountItem
 from ocmm_cad.pmi import Pmi
 
 HEAD = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AP242'));\nENDSEC;\nDATA;\n"
@@ -80,6 +81,10 @@ def text_of(*parts: str, **changes: str) -> str:
 
 
 WHOLE = (UNITS, FACES, SIZE, ZONE)
+
+
+def items_of(account: Account, *groups: str) -> list[AccountItem]:
+    return [item for item in account.items if item.group in groups]
 
 
 def labels_of(pmi: Pmi) -> tuple[int, int, int]:

@@ -17,6 +17,7 @@ from ocmm_cad.step import LeftOut, StepModel
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, new_plan
+from tests.cad.pmi_texts import items_of
 
 
 def plane(
@@ -92,12 +93,12 @@ def zone(word: str, *faces: int, **more: Any) -> Tolerance:
 
 def of_size(item: Dimension, general: str = "") -> tuple[Plan, AccountItem]:
     plan, account = made(general, dimensions=(item,))
-    return plan, account.all_items("dimension")[0]
+    return plan, items_of(account, "dimension")[0]
 
 
 def of_zone(item: Tolerance, *others: Tolerance, **pmi: Any) -> tuple[Plan, AccountItem]:
     plan, account = made(tolerances=(item, *others), **pmi)
-    return plan, account.all_items("tolerance")[0]
+    return plan, items_of(account, "tolerance")[0]
 
 
 def test_a_size_of_several_bores_is_one_characteristic_each() -> None:
@@ -366,7 +367,7 @@ def test_datums_of_faces_in_one_plane_and_of_opposite_faces() -> None:
 def test_a_datum_that_cannot_be_takes_its_tolerances_with_it(datum: Datum, why: str) -> None:
     flat = zone("parallelism", TOP, datums=(DatumReference(labels=("D",)),))
     _, account = made(tolerances=(flat,), datums=(datum,))
-    for item in account.all_items("datum", "tolerance", "datum reference"):
+    for item in items_of(account, "datum", "tolerance", "datum reference"):
         assert item.status == "refused"
         assert why in item.why
 
@@ -389,8 +390,8 @@ def test_everything_stands_in_the_account_once() -> None:
     }  # fmt: skip
     assert all(bool(item.became) == (item.status != "refused") for item in account.items)
     assert all(bool(item.why) == (item.status != "taken") for item in account.items)
-    assert "2X INDIVIDUALLY" in account.all_items("dimension")[0].remark
-    label, lost = account.all_items("annotation")[1:]
+    assert "2X INDIVIDUALLY" in items_of(account, "dimension")[0].remark
+    label, lost = items_of(account, "annotation")[1:]
     assert (label.became, lost.status) == (("S",), "refused")
     assert not account.is_complete
 

@@ -20,7 +20,7 @@ from ocmm_cad.step import StepModel, read_model
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan import Plan, load_plan, new_plan, plan_findings, save_plan
 from tests.cad.nist_models import nist_model, path_of
-from tests.cad.pmi_texts import labels_of
+from tests.cad.pmi_texts import items_of, labels_of
 from tests.cad.step_models import MODELS, block, written
 from tests.host import needs_package
 
@@ -257,7 +257,7 @@ def test_a_model_that_the_library_wrote_is_read_back(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     model = read_model(toleranced(tmp_path / "bored.stp", MODELS["bored"][0]()))
     plan, account = planned(model)
-    assert [item.status for item in account.all_items("dimension", "tolerance")] == [
+    assert [item.status for item in items_of(account, "dimension", "tolerance")] == [
         "taken",
         "taken",
     ]

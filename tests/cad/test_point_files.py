@@ -104,7 +104,7 @@ def test_the_uncertainty_of_a_point_is_that_of_all_errors_with_the_radius(
     data = report_of_job(replace(touched, options=replace(touched.options, climate=climate)))
     points = reported_points(touched.points, part)
     factors = joint_factors(
-        points, touched.sensitivities, touched.rig, touched.body, touched.contact, part
+        points, touched.sensitivities, touched.rig, touched.body, touched.options.contact, part
     )
     (content,) = (
         content

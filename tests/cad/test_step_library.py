@@ -149,10 +149,12 @@ def test_an_edge_is_followed_where_it_bends_in_a_small_part_of_its_parameter(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     needs_package("OCP", "the extra 'step'")
-    from ocmm_cad.step.brep._raw_faces import read_faces
+    from ocmm_cad.step.brep._document import read_document
+    from ocmm_cad.step.brep._raw_faces import faces_of, faces_with_surface
 
     path = written(tmp_path / "pocket.step", bent_pocket())
-    faces = read_faces(str(path), lambda _: None).faces
+    document = read_document(str(path), lambda _: None)
+    faces = faces_of(faces_with_surface(document.shape)[0], lambda _: None, document.steps).faces
     curve = bent_outline()
     # Close in both parts of the parameter.
     steps = np.concatenate([np.linspace(0.0, 0.001, 500), np.linspace(0.001, 1.0, 500)])

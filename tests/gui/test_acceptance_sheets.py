@@ -20,13 +20,13 @@ from ocmm_core.export.certificate import (
     CertificateLine,
     CertificateRun,
     CertificateValue,
-    dcc_bytes,
 )
 from ocmm_core.export.template import plain_paper
 from ocmm_gui.acceptance import ArtefactSheet, StudySheet
 from ocmm_gui.acceptance._study_sheet import StudyProgress, TypeOneStudy
 from ocmm_gui.kit import THEMES, dress
 from ocmm_shop.studies import load_study, study_of, type1_study
+from tests.core.export.unsigned_dcc import dcc_bytes
 from tests.host import HANG_MS
 from tests.shop.studies.study_site import jobs_of
 

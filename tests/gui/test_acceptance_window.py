@@ -22,7 +22,7 @@ from ocmm_core.acceptance import (
     GuidedAcceptanceView,
     ProcedureOffer,
     differences,
-    load_record,
+    load_signed_record,
     procedure_files,
     recompute,
     typed_entry,
@@ -200,7 +200,7 @@ def test_lengths_and_sphere_by_keyboard_in_the_promised_time(
         page = desk.verdict()
         assert page.word() == "PASSED"
         assert measure.score.number() == f"{points} / {points}"
-        record = load_record(desk.store())
+        record = load_signed_record(desk.store()).record
         assert (record.verdict, len(record.values)) == (AcceptanceVerdict.PASS, values)
         assert record.instrument.simulated
         assert differences(record, recompute(record)) == []
@@ -242,7 +242,7 @@ def test_a_test_that_was_left_goes_on_and_gets_its_certificate(desk: Desk, tmp_p
     desk.key(Qt.Key.Key_Return)
     desk.until(lambda: bool(written))
     names = sorted(one.name for one in (tmp_path / "papers").iterdir())
-    number = load_record(next((tmp_path / "tests" / "records").glob("*.json"))).number
+    number = load_signed_record(next((tmp_path / "tests" / "records").glob("*.json"))).record.number
     assert f"A-{number}.pdf" in names
     assert f"A-{number}.dcc.xml" in names
     dcc = (tmp_path / "papers" / f"A-{number}.dcc.xml").read_text(encoding="utf-8")

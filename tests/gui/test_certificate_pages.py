@@ -12,15 +12,11 @@ from typer.testing import CliRunner
 
 from ocmm_cli import app
 from ocmm_core.calibration.records import CalibrationStore
-from ocmm_core.export.certificate import (
-    Certificate,
-    certificate_facts,
-    certificate_of_folder,
-    dcc_bytes,
-)
+from ocmm_core.export.certificate import Certificate, certificate_facts, certificate_of_folder
 from ocmm_core.export.template import plain_paper
 from ocmm_gui.reports import _certificate as pages
 from tests.core.calibration.made_records import make_record, make_verification
+from tests.core.export.unsigned_dcc import dcc_bytes
 from tests.gui.pdf_texts import texts
 
 NOW = datetime(2026, 11, 25, 12, tzinfo=UTC)

@@ -91,7 +91,7 @@ def test_bands_above_a_page_cut_nothing(
     qtbot.waitUntil(
         lambda: start.begin_button.isEnabled() and not start.unfinished.count(), timeout=HANG_MS
     )
-    start.show_unfinished([OpenTest(Path("a"), "Interim check of the system", "demo", "", 3, 5)])
+    start.show_unfinished([OpenTest(Path("a"), "Interim check of the system", "demo", 3, 5)])
     for _ in range(_SETTLE):
         qapp.processEvents()
     found += [f"unfinished test: {fault}" for fault in faults(bench.window)]

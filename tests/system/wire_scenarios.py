@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -268,7 +268,7 @@ def objects() -> dict[str, Any]:
     master = Master(HOST)
     try:
         master.find()
-        master.reach(PREOP)
+        deque(master.steps_to(PREOP), maxlen=0)
         device = master.identify(0)
         blob = bytes(range(256)) * 4 + bytes(176)
         master.write_object(0, "'left'", 0x8010, 5, blob)
@@ -310,7 +310,7 @@ def late_objects() -> dict[str, Any]:
     unanswered = right = 0
     try:
         master.find()
-        master.reach(PREOP)
+        deque(master.steps_to(PREOP), maxlen=0)
         begin = time.monotonic()
         while right < _LATE_READS and time.monotonic() - begin < _LATE_S:
             for sub, pdo in enumerate(NEWEST_LAYOUT.input_pdos, start=1):

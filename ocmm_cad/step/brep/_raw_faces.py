@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from scipy.spatial import cKDTree
 
 from ocmm_cad.step.brep import _edge_steps as edge_steps
 from ocmm_cad.step.brep import _surface_kernel as kernel
-from ocmm_cad.step.brep._document import read_document
 from ocmm_cad.step.brep._library import explored, is_turned, kind_of, static
 from ocmm_cad.step.brep._recognised import LESS, StepFace, elementary_face, recognised_face
 from ocmm_core.geometry import Float
@@ -78,14 +77,6 @@ class FoundFaces:
 
 def as_numbers(number: Any) -> float:
     return float(number)
-
-
-def read_faces(path: str, doing: Callable[[str], None]) -> FoundFaces:
-    """Return the result of `faces_of` for a STEP file; ImportError without the extra."""
-    document = read_document(path, doing)
-    with_surface, others = faces_with_surface(document.shape)
-    found = faces_of(with_surface, doing, document.steps)
-    return replace(found, others=others + found.others)
 
 
 def faces_of(

@@ -27,11 +27,11 @@ _WAIT_S = _TELL_S = 0.1
 MOST_SECONDS, MOST_BYTES = 3600.0, 1 << 31
 
 
-class ScanConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="scan"):
+class ScanConfig(WireErrand, frozen=True, kw_only=True, tag="scan"):
     module = "ocmm_core.acquisition.bus_process._errands"
 
 
-class RecordConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="record"):
+class RecordConfig(WireErrand, frozen=True, kw_only=True, tag="record"):
     module = ScanConfig.module
     seconds: float
     size_bytes: int
@@ -39,9 +39,7 @@ class RecordConfig(WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=
     program: str = "OCMM"
 
 
-class MaintenanceConfig(
-    WireErrand, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="maintain"
-):
+class MaintenanceConfig(WireErrand, frozen=True, kw_only=True, tag="maintain"):
     module = ScanConfig.module
     serial: int
     alias: int = 0

@@ -163,8 +163,7 @@ class EthercatSource:
 
     def _exchange(self, pacer: CyclePacer) -> Cycle:
         self.lateness_ns = self._time.wait_until(pacer.deadline_ns)
-        now_ns = self._time.now_ns()
-        elapsed = pacer.start_cycle(now_ns)
+        elapsed = pacer.start_cycle(self._time.now_ns())
         self._accounts.lateness.add(max(0, self.lateness_ns))
         answer = self._bus.exchange(
             [record.next_frame for record in self._records],

@@ -67,8 +67,7 @@ class SteppedTime(HostTime):
     def wait_until(self, deadline_ns: int) -> int:
         """Advance to `deadline_ns`, not too early; return the lateness, ns."""
         if not self._held:
-            left_ns = deadline_ns - self.now_ns()
-            time.sleep(max(0, left_ns) * 1e-9)
+            time.sleep(max(0, deadline_ns - self.now_ns()) * 1e-9)
             return self.now_ns() - deadline_ns
         early_ns = deadline_ns - self._lead_ns - time.monotonic_ns()
         if early_ns > _EARLY_NS:

@@ -121,8 +121,7 @@ def from_records(records: NDArray[np.void]) -> FrameBlock:
 
 def quantise(uv: Float) -> Float:
     """Return spots (..., 2), px, rounded to the resolution of the wire; for tests."""
-    rounded: Float = np.round(uv / SUBPIXEL) * SUBPIXEL
-    return rounded
+    return np.round(uv / SUBPIXEL) * SUBPIXEL
 
 
 @dataclass(frozen=True, slots=True)

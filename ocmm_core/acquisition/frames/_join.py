@@ -257,8 +257,7 @@ class FrameAligner:
         line = np.where((share == 0.0)[:, None, None], taken[:, 1], line)
         line[(share < 0.0) | (share > 1.0)] = np.nan
         cubic = np.einsum("nk,nksa->nsa", _lagrange(share), taken)
-        out: Float = np.where(np.isfinite(cubic) & np.isfinite(line), cubic, line)
-        return out
+        return np.where(np.isfinite(cubic) & np.isfinite(line), cubic, line)
 
 
 def _lagrange(share: Float) -> Float:

@@ -277,6 +277,4 @@ class LayoutListener:
                 device.OUTPUT_DTYPE.itemsize,
             ):
                 outputs = logical
-        if inputs is None or outputs is None:
-            return None
-        return CameraArea(station, inputs, outputs)
+        return None if inputs is None or outputs is None else CameraArea(station, inputs, outputs)

@@ -298,15 +298,11 @@ class FrameHistory:
     """
 
     def __init__(
-        self,
-        description: SourceDescription,
-        rig: Rig,
-        seconds: float = HISTORY_S,
-        most_bytes: int = MOST_BYTES,
+        self, description: SourceDescription, rig: Rig, most_bytes: int = MOST_BYTES
     ) -> None:
         self.description = description
         self._rig = rig
-        self._span_ns = round(seconds * 1e9)
+        self._span_ns = round(HISTORY_S * 1e9)
         layout = frame_dtype(len(description.camera_serials), description.n_slots)
         frames = self._span_ns // max(1, description.frame_period_ns) + 1
         # Pages are only committed when frames are written to them.

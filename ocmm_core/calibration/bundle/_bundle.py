@@ -163,8 +163,7 @@ def adjust(
     converged, iteration = False, 0
     while iteration < max_iterations and np.isfinite(here.cost):
         step, own = _step(here, prior, state)
-        predicted = _predicted(here, step, own)
-        small = predicted <= RELATIVE_DECREASE * here.cost + ENOUGH
+        small = _predicted(here, step, own) <= RELATIVE_DECREASE * here.cost + ENOUGH
         if small and here.damping <= 1.0:
             converged = True
             break

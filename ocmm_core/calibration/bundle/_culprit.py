@@ -78,8 +78,7 @@ class Suspect:
     @property
     def step(self) -> Float:
         """Return its most likely amount in the common unknowns, (k,)."""
-        found: Float = self.columns @ self.score.size
-        return found
+        return self.columns @ self.score.size
 
 
 @dataclass(frozen=True, slots=True)

@@ -149,8 +149,7 @@ class BlockHistory:
     def steps(self) -> Float:
         """Return the profiles (b - 1, b) of sudden changes at every moment."""
         count = len(self.blocks)
-        profiles: Float = np.triu(np.ones((count, count)))[1:]
-        return profiles
+        return np.triu(np.ones((count, count)))[1:]
 
     def drift(self) -> Float:
         """Return the profile (1, b) of a linear drift, from -1/2 to 1/2."""

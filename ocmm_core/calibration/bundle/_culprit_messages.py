@@ -147,9 +147,7 @@ _CODES = {
 
 def _moved_mm(suspect: Suspect) -> float:
     """Return the displacement of the cone, mm; zero for every other cause."""
-    if suspect.cause is not Culprit.CONE:
-        return 0.0
-    return float(np.linalg.norm(suspect.score.size))
+    return 0.0 if suspect.cause is not Culprit.CONE else float(np.linalg.norm(suspect.score.size))
 
 
 def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str:

@@ -77,8 +77,7 @@ def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
             laid.append(shape @ rotation.T + translation)
         mean = np.median(laid, axis=0)
     rotation, translation = rigid_fit(mean, body.leds_probe)
-    start: Points3 = mean @ rotation.T + translation
-    return start
+    return mean @ rotation.T + translation
 
 
 def start_bars(rig: Rig, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
@@ -167,8 +166,7 @@ def _settled(data: BundleData, prior: Prior, start: BundleState) -> BundleState:
     state, last = start, math.inf
     for _ in range(_ROUNDS):
         distances, bar_distances, _ = _judge(data, state)
-        everything = np.concatenate([distances.ravel(), bar_distances.ravel()])
-        scale = scale_of(everything)
+        scale = scale_of(np.concatenate([distances.ravel(), bar_distances.ravel()]))
         weighted = data.scaled(*(_cauchy(d, 3.0 * scale) for d in (distances, bar_distances)))
         state = adjust(weighted, prior, state, _STEPS_PER_ROUND).state
         if abs(last - scale) <= 1e-2 * scale:
@@ -191,8 +189,7 @@ def _judge(data: BundleData, state: BundleState) -> tuple[Float, Float, Float]:
 
 def _lengths(off: Float, weights: Float) -> Float:
     known = np.where(weights > 0.0, weights, np.nan)
-    lengths: Float = np.hypot(off[..., 0], off[..., 1]) * known
-    return lengths
+    return np.hypot(off[..., 0], off[..., 1]) * known
 
 
 def _without(

@@ -171,8 +171,7 @@ def _homogeneous_solution(points: Float, image: Float) -> Float:
     normal[2 * d :, 2 * d :] = (h.T * (u * u + v * v)) @ h
     # eigh reads the upper triangle only.
     _, vectors = np.linalg.eigh(normal, UPLO="U")
-    solution: Float = vectors[:, 0].reshape(3, d)
-    return solution
+    return vectors[:, 0].reshape(3, d)
 
 
 def _pose_of(matrix: Float) -> RigidTransform:

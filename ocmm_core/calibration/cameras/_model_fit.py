@@ -139,7 +139,6 @@ class CameraFit:
     """`sigma_px`, `reference_sigma`: Assumed, px and mm per axis."""
     converged: bool
     start: str
-    iterations: int
 
     @property
     def rms_px(self) -> float:
@@ -332,12 +331,10 @@ def _result(
         used=best.used, distances=problem.distances(residuals_px), residuals_px=residuals_px,
         chi2=best.minimum.cost, dof=2 * int(best.used.sum()) - len(free), sigma_px=sigma_px,
         reference_sigma=reference_sigma, converged=best.minimum.converged, start=best.start.name,
-        iterations=best.minimum.iterations,
     )  # fmt: skip
 
 
 def indices_of_wrong(fit: CameraFit) -> Int:
     """Return the indices of outliers, the worst first."""
     wrong = np.flatnonzero(~fit.used)
-    ordered: Int = wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)
-    return ordered
+    return wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)

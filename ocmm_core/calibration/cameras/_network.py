@@ -32,8 +32,7 @@ from ocmm_core.tracking import triangulate
 def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
     """Return a camera's covariance (14, 14), scaled by chi-square per dof if above one."""
     stretch = _stretch(fit, points)
-    own: Float = fit.covariance * max(1.0, fit.chi2 / fit.dof) + np.outer(stretch, stretch)
-    return own
+    return fit.covariance * max(1.0, fit.chi2 / fit.dof) + np.outer(stretch, stretch)
 
 
 def joint_covariance(
@@ -89,8 +88,6 @@ class Outlier:
     name: str
     miss_px: Float
     """(2,), observed minus predicted."""
-    sigmas: float
-    """Its length in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +167,7 @@ def calibrate_rig(
         indices.append(seen)
         terms = guards.judge_lens_terms(fit)
         findings.append([*found, *guards.judge_lens(nominal.name, fit.sigma_px, terms)])
-    of_rig = _baselines(rig, fits)
-    everything = [*of_rig, *(one for found in findings for one in found)]
+    everything = [*_baselines(rig, fits), *(one for found in findings for one in found)]
     warnings = let_pass(everything, force)
     cameras = tuple(
         _camera_calibration(fit, points, seen, let_pass(found, force))
@@ -244,8 +240,7 @@ def _camera_calibration(
     fit: CameraFit, points: KnownPoints, seen: Int, warnings: tuple[Finding, ...]
 ) -> CameraCalibration:
     outliers = tuple(
-        Outlier(points.names[seen[i]], fit.residuals_px[i], float(fit.distances[i]))
-        for i in indices_of_wrong(fit)
+        Outlier(points.names[seen[i]], fit.residuals_px[i]) for i in indices_of_wrong(fit)
     )
     return CameraCalibration(
         model=fit.camera.model, covariance=own_covariance(fit, points), rms_px=fit.rms_px,

@@ -126,11 +126,10 @@ def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: Pro
 
     Derivatives as in `RestingTouch`, or their difference between touches: shared effects cancel.
     """
-    covariance: Float = (
+    return (
         by_cameras @ rig.parameter_covariance @ by_cameras.T
         + by_geometry @ body.geometry_covariance @ by_geometry.T
     )
-    return covariance
 
 
 def joint_covariance(
@@ -216,11 +215,7 @@ class BallPlace:
 
 
 def articulate(
-    touches: Sequence[RestingTouch],
-    rig: Rig,
-    body: ProbeBody,
-    chance: float = ARTICULATION_CHANCE,
-    seat_sigma_mm: float = SEAT_SIGMA_MM,
+    touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody, chance: float = ARTICULATION_CHANCE
 ) -> Articulation:
     """Return the spread of the tips, with its limits; CalibrationError below two attitudes."""
     n = len(touches)
@@ -234,7 +229,7 @@ def articulate(
     off = tips - tips.mean(axis=0)
     square = np.sum(off**2, axis=1)
     centring = np.kron(np.eye(n) - 1.0 / n, np.eye(3))
-    covariance = centring @ _covariance(touches, rig, body, seat_sigma_mm) @ centring.T
+    covariance = centring @ _covariance(touches, rig, body) @ centring.T
     blocks = covariance.reshape(n, 3, n, 3)
     largest = max(square_limit(blocks[i, :, i], chance / n) for i in range(n))
     return Articulation(
@@ -247,9 +242,7 @@ def articulate(
     )
 
 
-def place_of_ball(
-    touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody, seat_sigma_mm: float = SEAT_SIGMA_MM
-) -> BallPlace | None:
+def place_of_ball(touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody) -> BallPlace | None:
     """Return the ball's position in the probe; None if undetermined by the attitudes."""
     n = len(touches)
     turns = np.array([one.rotation_world_from_probe for one in touches]).reshape(-1, 3, 3)
@@ -258,7 +251,7 @@ def place_of_ball(
     ).reshape(3 * n, 6)  # fmt: skip
     if n < 3 or np.linalg.cond(rows) ** 2 > _WORST_CONDITION:
         return None
-    covariance = _covariance(touches, rig, body, seat_sigma_mm)
+    covariance = _covariance(touches, rig, body)
     weighted = np.linalg.solve(covariance, rows)
     inverse = np.linalg.inv(rows.T @ weighted)
     found = inverse @ weighted.T @ tips_of(touches).ravel()
@@ -267,14 +260,11 @@ def place_of_ball(
 
 def handle_axis(body: ProbeBody) -> Float:
     """Return the direction from the ball to the middle of the LEDs, (3,), probe frame."""
-    axis: Float = unit(body.leds_probe.mean(axis=0) - body.tip_probe)
-    return axis
+    return unit(body.leds_probe.mean(axis=0) - body.tip_probe)
 
 
-def _covariance(
-    touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody, seat_sigma_mm: float
-) -> Float:
+def _covariance(touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody) -> Float:
     n = len(touches)
     axes = np.broadcast_to(np.eye(3), (n, 3, 3))
-    seats: Float = seat_sigma_mm**2 * np.eye(3 * n)
+    seats: Float = SEAT_SIGMA_MM**2 * np.eye(3 * n)
     return joint_covariance(touches, axes, rig, body) + seats

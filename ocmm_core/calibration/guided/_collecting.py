@@ -191,9 +191,7 @@ class StaticSpotAverager:
         limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * np.sqrt(2.0 / self._frames)
         if motion > limit:
             return f"The target moves by {motion:.2f} px: wait until it is at rest."
-        if self._taken is not None and not self._has_moved(self._taken):
-            return PLACE_DONE
-        return ""
+        return PLACE_DONE if self._taken is not None and not self._has_moved(self._taken) else ""
 
     def _has_moved(self, taken: Average) -> bool:
         apart = self.average().uv[:, :, None] - taken.uv[:, None]
@@ -333,9 +331,7 @@ class ProbeSpotAverager:
         turned = np.arccos(np.clip(cosine, -1.0, 1.0)) > self._turn_rad
         if far or turned:
             return ""
-        if self._resting:
-            return PLACE_DONE
-        return "Keep moving and turning the probe."
+        return PLACE_DONE if self._resting else "Keep moving and turning the probe."
 
     def _drop_labels(self, slot_of_led: Int, block: FrameBlock) -> None:
         """Drop the labels of slots that were empty in any frame: they may hold another LED."""

@@ -59,15 +59,13 @@ def random_lines(volume_world: Float, length: float, lines: int, seed: int) -> F
     return np.stack([(centres - arms)[fits], (centres + arms)[fits]], axis=1)
 
 
-def length_sigma(
-    rig: Rig, volume_world: Float, length: float = 400.0, lines: int = 200, seed: int = 0
-) -> float:
+def length_sigma(rig: Rig, volume_world: Float, length: float = 400.0) -> float:
     """Return the RMS standard deviation, mm, that the cameras' covariance gives to lengths.
 
     At fixed random places in the volume (2, 3), mm, without spot noise: the error after any
     averaging. CalibrationError if the volume is too small, or two cameras see none of the lines.
     """
-    ends = random_lines(volume_world, length, lines, seed)
+    ends = random_lines(volume_world, length, lines=200, seed=0)
     gains, _, seen = location_gains(rig, ends.reshape(-1, 3))
     whole = seen.reshape(-1, 2).all(axis=1)
     if not whole.any():
@@ -277,5 +275,4 @@ def hash_of(*arrays: Float) -> str:
 
 
 def _symmetric(covariance: Float) -> Float:
-    half: Float = 0.5 * (covariance + covariance.T)
-    return half
+    return 0.5 * (covariance + covariance.T)

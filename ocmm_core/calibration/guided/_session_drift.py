@@ -119,7 +119,6 @@ def session_changes(
     repeats: Sequence[tuple[int, int]],
     rig: Rig,
     body: ProbeBody,
-    chance: float = STEP_CHANCE,
     *,
     failed: bool = False,
 ) -> list[tuple[SessionChange, ...]]:
@@ -134,7 +133,7 @@ def session_changes(
         return found
     normal, drifting = _Normal.from_rests(rests, repeats, rig, body), set[tuple[str, int]]()
     for _ in range(_MOST):
-        suspects = normal.suspects(rests, len(rig.cameras), body.n_leds, chance)
+        suspects = normal.suspects(rests, len(rig.cameras), body.n_leds)
         # A drift is hardly ever exactly even: the rest of it is no jump.
         real = [
             one
@@ -208,9 +207,7 @@ class _Normal:
             )
         )
 
-    def suspects(
-        self, rests: Sequence[Rest], cameras: int, leds: int, chance: float
-    ) -> list[SessionChange]:
+    def suspects(self, rests: Sequence[Rest], cameras: int, leds: int) -> list[SessionChange]:
         """Return every suspect at every moment."""
         count, values = len(rests), np.concatenate([one[1] for one in self.parts])
         shared = np.concatenate([one[2] for one in self.parts])
@@ -254,7 +251,7 @@ class _Normal:
             found.append(
                 SessionChange(
                     course, element, index, columns, profile, last, last + 1 if jump else count - 1,
-                    amount, gain, float(scipy.special.chdtri(free, chance / len(trials))),
+                    amount, gain, float(scipy.special.chdtri(free, STEP_CHANCE / len(trials))),
                     gain - (free + jump) * float(np.log(len(values))),
                 )
             )  # fmt: skip

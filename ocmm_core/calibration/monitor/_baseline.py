@@ -196,8 +196,7 @@ class PatternFit:
 
 def _onto(base: Float, weighted: Float) -> Float:
     """Return the part of weighted residuals (K, m) in the span of the poses."""
-    part: Float = (base @ (base.transpose(0, 2, 1) @ weighted[:, :, None]))[:, :, 0]
-    return part
+    return (base @ (base.transpose(0, 2, 1) @ weighted[:, :, None]))[:, :, 0]
 
 
 MIN_LOOKS = 1000

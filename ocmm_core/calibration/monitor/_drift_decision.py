@@ -82,9 +82,7 @@ def describe_common(change: PossibleChange) -> str:
 
 def join_words(words: Sequence[str], last: str) -> str:
     """Return the words as a list with ``last`` before the last one."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+    return "".join(words) if len(words) < 2 else f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
 def _amount(axis: int, size: float) -> str:
@@ -111,26 +109,22 @@ class ChangeCause(Enum):
     UNKNOWN = "unknown"
 
 
-@dataclass(frozen=True, slots=True)
-class MonitorOptions:
-    """Options of the search for changes."""
-
-    look_ns: int = 50_000_000
-    """Bus time of one look."""
-    looks: int = 40
-    every: int = 10
-    """`looks`, `every`: Number of latest looks examined together, at every so many new ones."""
-    sparse: int = 30
-    """Every n-th look is kept for slow changes; ``looks`` of them are examined together."""
-    floor_px: float = 0.0004
-    false_alarm: float = 1e-7
-    """Probability of an alarm of one kind in one examination of an unchanged rig."""
-    good: float = 0.01
-    """A check with a chance probability above this is good."""
-    worst_chi2: float = 2.0
-    """Squared residuals per degree of freedom that indicate a fault of unknown kind."""
-    unfit_ns: int = 2_000_000_000
-    """Bus time with visible spots that fit no pose, after which a fault is reported."""
+LOOK_NS = 50_000_000
+"""Bus time of one look."""
+LOOKS = 40
+EVERY = 10
+"""`LOOKS`, `EVERY`: Number of latest looks examined together, at every so many new ones."""
+SPARSE = 30
+"""Every n-th look is kept for slow changes; ``LOOKS`` of them are examined together."""
+FLOOR_PX = 0.0004
+FALSE_ALARM = 1e-7
+"""Probability of an alarm of one kind in one examination of an unchanged rig."""
+GOOD = 0.01
+"""A check with a chance probability above this is good."""
+WORST_CHI2 = 2.0
+"""Squared residuals per degree of freedom that indicate a fault of unknown kind."""
+UNFIT_NS = 2_000_000_000
+"""Bus time with visible spots that fit no pose, after which a fault is reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,28 +155,25 @@ def examine(
     rig: Rig,
     body: ProbeBody,
     belief: Belief,
-    options: MonitorOptions,
     pixel_px: float = 0.0,
 ) -> DriftReport:
     """Return the verdict from looks (``since_ns`` open); the element if three have known tips.
 
     ``pixel_px``: error of spots fixed to the pixels.
     """
-    scores = score_changes(list(looks), rig, body, belief, options.floor_px, pixel_px)
-    cause, cameras, what = _judge(scores, rig, options)
-    enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
-    calm = all(_chance(item) > options.good for item in _changes(scores))
+    scores = score_changes(list(looks), rig, body, belief, FLOOR_PX, pixel_px)
+    cause, cameras, what = _judge(scores, rig)
+    enough = len(looks) >= LOOKS // 2 and _places(looks) >= _PLACES
+    calm = all(_chance(item) > GOOD for item in _changes(scores))
     return DriftReport(
         time_ns=max(look.last_ns for look in looks), cause=cause, cameras=cameras, what=what,
         good=cause is ChangeCause.NOTHING and enough and calm, since_ns=None, scores=scores,
     )  # fmt: skip
 
 
-def _judge(
-    scores: Scores, rig: Rig, options: MonitorOptions
-) -> tuple[ChangeCause, tuple[str, ...], str]:
-    if min(_chance(item) for item in _changes(scores)) > options.false_alarm:
-        if scores.chi2 > options.worst_chi2 * scores.dof:
+def _judge(scores: Scores, rig: Rig) -> tuple[ChangeCause, tuple[str, ...], str]:
+    if min(_chance(item) for item in _changes(scores)) > FALSE_ALARM:
+        if scores.chi2 > WORST_CHI2 * scores.dof:
             return (
                 ChangeCause.UNKNOWN,
                 (),

@@ -16,9 +16,13 @@ import numpy as np
 
 from ocmm_core.calibration.monitor._baseline import Baseline, pattern_maps
 from ocmm_core.calibration.monitor._drift_decision import (
+    EVERY,
+    LOOK_NS,
+    LOOKS,
+    SPARSE,
+    UNFIT_NS,
     ChangeCause,
     DriftReport,
-    MonitorOptions,
     examine,
 )
 from ocmm_core.calibration.monitor._residual_samples import (
@@ -130,10 +134,8 @@ class CalibrationMonitor:
         body: ProbeBody,
         maps: Sequence[ResidualMap] = (),
         baseline: Baseline | None = None,
-        options: MonitorOptions | None = None,
     ) -> None:
         self._rig, self._body = rig, body
-        self._options = options or MonitorOptions()
         self._belief = baseline.belief if baseline else Belief.of_documents(rig, body)
         known = (
             pattern_maps(rig, baseline.maps, baseline.left_px)
@@ -142,14 +144,14 @@ class CalibrationMonitor:
             if maps
             else ()
         )
-        self._collector = ResidualAccumulator(rig, body, self._options.look_ns, known)
-        self._latest: deque[ResidualSample] = deque(maxlen=self._options.looks)
-        self._sparse: deque[ResidualSample] = deque(maxlen=self._options.looks)
+        self._collector = ResidualAccumulator(rig, body, LOOK_NS, known)
+        self._latest: deque[ResidualSample] = deque(maxlen=LOOKS)
+        self._sparse: deque[ResidualSample] = deque(maxlen=LOOKS)
         self._pixels = PixelNoise()
         self._count = 0
         self._good_ns: dict[str, int] = {}
         self._unnamed = 0
-        self._unfit = _UnfitFrames(self._options.unfit_ns)
+        self._unfit = _UnfitFrames(UNFIT_NS)
 
     def push(self, track: TrackBlock) -> list[DriftReport]:
         """Add tracked frames and return the examinations that became due."""
@@ -185,22 +187,22 @@ class CalibrationMonitor:
         self._count += 1
         results = []
         # Few looks at one place could share an error not contained in a map.
-        if self._count % self._options.every == 0 and 2 * len(self._latest) >= self._options.looks:
+        if self._count % EVERY == 0 and 2 * len(self._latest) >= LOOKS:
             results.append(self._examined("latest", self._latest))
-        if self._count % self._options.sparse == 0:
+        if self._count % SPARSE == 0:
             self._sparse.append(look)
-            due = self._count % (self._options.sparse * self._options.every) == 0
-            if due and 2 * len(self._sparse) >= self._options.looks:
+            due = self._count % (SPARSE * EVERY) == 0
+            if due and 2 * len(self._sparse) >= LOOKS:
                 results.append(self._examined("sparse", self._sparse))
         return results
 
     def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
         # Errors above the stated pattern indicate a change.
         pixel_px = min(self._pixels.px, self._rig.noise.pattern_px)
-        result = examine(looks, self._rig, self._body, self._belief, self._options, pixel_px)
+        result = examine(looks, self._rig, self._body, self._belief, pixel_px)
         # Looks from before and after a change fit no hypothesis for a while.
         self._unnamed = self._unnamed + 1 if result.cause is ChangeCause.UNKNOWN else 0
-        if 0 < self._unnamed <= self._options.looks // self._options.every:
+        if 0 < self._unnamed <= LOOKS // EVERY:
             result = replace(result, cause=ChangeCause.NOTHING, what="")
         # A change within some looks may not be visible yet: fault-free until their start.
         if result.good:

@@ -185,8 +185,7 @@ def leds_world_of(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
     """Return the LED positions of the looks, (K, L, 3), mm, world."""
     rotations = np.stack([look.rotation_world_from_probe for look in looks])
     origins = np.stack([look.origin_world for look in looks])
-    leds: Float = body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]
-    return leds
+    return body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -146,8 +146,7 @@ def solve_pinned(normal: Float, turns: Float, right: Float, damping: float = 0.0
     scaled, scale, _ = pinned_normal(normal, turns)
     scaled.flat[:: len(scaled) + 1] += damping
     shape = (-1,) + (1,) * (right.ndim - 1)
-    solved: Float = np.linalg.solve(scaled, right / scale.reshape(shape)) / scale.reshape(shape)
-    return solved
+    return np.linalg.solve(scaled, right / scale.reshape(shape)) / scale.reshape(shape)
 
 
 def inverse_pinned(normal: Float, turns: Float) -> Float | None:

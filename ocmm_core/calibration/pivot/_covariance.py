@@ -63,8 +63,7 @@ def pattern_covariance(
                 field = np.cos(places @ wave[c, axis] + phase[c, axis])
                 moved[c, axis] += field.T @ own[:, axis]
     flat = moved.reshape(-1, len(by_common))
-    covariance: Float = noise.pattern_px**2 * 2.0 / waves * (flat.T @ flat)
-    return covariance
+    return noise.pattern_px**2 * 2.0 / waves * (flat.T @ flat)
 
 
 def _of_markers(
@@ -150,8 +149,7 @@ def _by_point(camera: CameraModel, points: Float) -> Float:
     pinhole[..., 0, 0] = pinhole[..., 1, 1] = camera.focal / depth
     pinhole[..., :, 2] = -ideal / depth[..., None]
     slope = np.array([[camera.sx], [camera.sy]]) * distortion_jacobian(camera, ideal)
-    derivative: Float = slope @ pinhole @ pose.rotation
-    return derivative
+    return slope @ pinhole @ pose.rotation
 
 
 MOST_BLOCKS = 200
@@ -294,8 +292,7 @@ def attitude_blocks(directions: Points3) -> Int:
     across = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
     low, width = across.min(axis=0), np.maximum(np.ptp(across, axis=0), 1e-12)
     cells = np.minimum((_CELLS_ACROSS * (across - low) / width).astype(np.int64), _CELLS_ACROSS - 1)
-    numbers: Int = np.unique(cells @ [_CELLS_ACROSS, 1], return_inverse=True)[1]
-    return numbers
+    return np.unique(cells @ [_CELLS_ACROSS, 1], return_inverse=True)[1]
 
 
 def _of_tip(covariance: Float) -> float:
@@ -325,8 +322,7 @@ def _bootstrap(split: bundle.PivotNormals, turns: Float, resamples: int, seed: i
     steps = -np.linalg.solve(drawn, (draws @ gradients / scale)[..., None])[..., 0] / scale
     steps -= steps.mean(axis=0)
     # Draws from B blocks have (B - 1) / B of the variance of B independent blocks.
-    covariance: Float = steps.T @ steps / (resamples - 1) * (count / max(count - 1, 1))
-    return covariance
+    return steps.T @ steps / (resamples - 1) * (count / max(count - 1, 1))
 
 
 ATTITUDE_STEP = np.radians(2.0)

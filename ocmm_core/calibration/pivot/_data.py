@@ -54,8 +54,7 @@ class PivotSweep:
     def weights(self) -> Float:
         """Return the weights of the spots (n, C, L), 1/px; zero if unseen."""
         seen = np.isfinite(self.uv).all(axis=3)
-        weights: Float = np.where(seen, 1.0 / self.sigma_px[:, None, None], 0.0)
-        return weights
+        return np.where(seen, 1.0 / self.sigma_px[:, None, None], 0.0)
 
     def only(self, chosen: NDArray[np.bool_]) -> PivotSweep:
         return replace(self, uv=self.uv[chosen], sigma_px=self.sigma_px[chosen])
@@ -152,8 +151,6 @@ class PivotCalibration:
     """`rms_px`, `chi2`, `dof`: Of the residuals of used frames."""
     tips_world: Points3
     """(n, 3), mm: the tip from each single frame, or NaN."""
-    block: int
-    """Block length of the bootstrap, frames."""
     coverage: SweepCoverage
     thesis: ThesisPivot
     """The thesis's method applied to the same frames."""
@@ -161,7 +158,6 @@ class PivotCalibration:
     """(3,), mm: the tip by the thesis's method, in the same frame as `tip_probe`."""
     warnings: tuple[Finding, ...]
     """Findings that did not refuse it."""
-    iterations: int
     forced: bool
 
     @property

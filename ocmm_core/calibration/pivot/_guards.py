@@ -78,8 +78,7 @@ def _followed(rig: Rig, seen: PivotSweep, state: bundle.PivotState, slack_mm: fl
     """Return the arms after one step to other spots."""
     here = bundle.normals_at(rig, seen, state, slack_mm)
     step = -bundle.solve_pinned(here.normals[0], state.turns(), here.gradients[0])
-    arms: Points3 = state.arms + step[3:].reshape(-1, 3)
-    return arms
+    return state.arms + step[3:].reshape(-1, 3)
 
 
 def _noise_of_arms(rig: Rig, sweep: PivotSweep, state: bundle.PivotState, slack_mm: float) -> Float:

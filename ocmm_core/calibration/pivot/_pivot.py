@@ -200,9 +200,9 @@ def calibrate_probe(
         by_cameras=uncertainty.by_cameras, centre_world=state.centre, rotations=rotations,
         used=used, left_out=robust.left_out, residuals_px=residuals_px,
         rms_px=float(np.sqrt(np.nanmean(residuals_px**2))), chi2=chi2, dof=dof,
-        tips_world=robust.free.tips, block=uncertainty.block, coverage=coverage, thesis=thesis,
+        tips_world=robust.free.tips, coverage=coverage, thesis=thesis,
         thesis_tip_probe=tip_of_arms(thesis.arms, body), warnings=warnings,
-        iterations=robust.iterations, forced=force and any(one.refuses for one in findings),
+        forced=force and any(one.refuses for one in findings),
     )  # fmt: skip
 
 

@@ -65,7 +65,6 @@ class RobustPivot:
     left_out: tuple[ExcludedFrame, ...]
     free: FreePoses
     """Independent poses of all frames."""
-    iterations: int
 
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
@@ -86,7 +85,6 @@ def adjust_pivot_robustly(
 ) -> RobustPivot:
     """Adjust the consistent frames; CalibrationError if fewer than ten."""
     used, state = start.agreeing, start.state
-    iterations = 0
     for number in count():
         if np.count_nonzero(used) < _LEAST_FRAMES:
             raise CalibrationError(
@@ -97,14 +95,13 @@ def adjust_pivot_robustly(
         rotations, slacks = state.rotations[used].copy(), state.slacks[used].copy()
         start_of_used = replace(state, rotations=rotations, slacks=slacks)
         minimum = adjust_pivot(rig, sweep.only(used), start_of_used, slack_mm)
-        iterations += minimum.iterations
         free = free_poses(rig, sweep, minimum.state.arms)
         state = _everywhere(start, minimum.state, used)
         # A frame at the limit may leave and return forever: later, none returns.
         among = used if number >= _ROUNDS else np.ones_like(used)
         good, left_out = _judge(sweep, minimum.state.centre, slack_mm, free, among)
         if np.array_equal(good, used):
-            return RobustPivot(minimum, used, left_out, free, iterations)
+            return RobustPivot(minimum, used, left_out, free)
         used = good
     raise AssertionError  # the used frames become fewer until they agree
 

@@ -95,8 +95,7 @@ class _Rest:
 
     def common_of(self, rows: Float) -> Float:
         """Return the common unknowns (q, k) that imitate rows."""
-        found: Float = self.solve @ (self.common[: len(rows)].T @ rows)
-        return found
+        return self.solve @ (self.common[: len(rows)].T @ rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,8 +249,7 @@ def _may_remain(rest: _Rest, roots: Float, model: Float) -> tuple[Float, float]:
 
 def _rows(roots: Float, columns: Float) -> Float:
     """Return whitened rows (3 n, k) of columns (n, 3, k)."""
-    rows: Float = (roots @ columns).reshape(3 * len(roots), columns.shape[2])
-    return rows
+    return (roots @ columns).reshape(3 * len(roots), columns.shape[2])
 
 
 def _columns(places: Float, degree: int) -> Float:

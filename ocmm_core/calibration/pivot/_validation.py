@@ -34,8 +34,6 @@ class PivotValidation:
     """(3,), mm, probe frame: tip of the second sweep less that of the first."""
     tip_difference_sigma: Float
     """(3,), mm: standard uncertainty of the difference."""
-    chi2: float
-    """Of the hypothesis of no difference, three degrees of freedom."""
     led_difference: float
     """mm: RMS distance of the LEDs."""
     place_distance: float
@@ -97,7 +95,6 @@ def validate_pivot(
     return PivotValidation(
         tip_difference=off,
         tip_difference_sigma=sigma,
-        chi2=chi2,
         led_difference=float(
             np.sqrt(np.mean(np.sum((second.leds_probe - first.leds_probe) ** 2, axis=1)))
         ),
@@ -112,10 +109,8 @@ def validate_pivot(
 def _articulation(
     rig: Rig, first: PivotCalibration, second: PivotCalibration, sweep: PivotSweep
 ) -> tuple[float, float]:
-    kept = sweep.only(second.used)
-    free = free_poses(rig, kept, first.leds_probe - first.tip_probe)
-    directions = second.coverage.directions_world
-    cells = np.round(directions / _CELL).astype(np.int64)
+    free = free_poses(rig, sweep.only(second.used), first.leds_probe - first.tip_probe)
+    cells = np.round(second.coverage.directions_world / _CELL).astype(np.int64)
     means = []
     for cell in np.unique(cells, axis=0):
         own = (cells == cell).all(axis=1) & free.solved

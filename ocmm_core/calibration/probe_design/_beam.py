@@ -97,8 +97,6 @@ class Beam:
 class Deflection:
     x_mm: Float
     """(n,): places."""
-    moment: Float
-    """(n,): bending moment, N mm."""
     deflection_mm: Float
     slope: Float
     """`deflection_mm`, `slope`: (n,): across the beam, and its derivative along it."""
@@ -138,7 +136,7 @@ def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
     at = np.interp(supports_mm, x, bent)
     tilt = (at[1] - at[0]) / (second - first)
     return Deflection(
-        x, moment, bent - at[0] - tilt * (x - first), slope - tilt, tuple(map(float, reactions))
+        x, bent - at[0] - tilt * (x - first), slope - tilt, tuple(map(float, reactions))
     )
 
 
@@ -155,14 +153,13 @@ def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
     tilt = float(np.interp(held_mm, x, slope))
     bent = bent - float(np.interp(held_mm, x, bent)) - tilt * (x - held_mm)
     free = x < held_mm
-    return Deflection(x, moment * free, bent * free, (slope - tilt) * free, (-1.0,))
+    return Deflection(x, bent * free, (slope - tilt) * free, (-1.0,))
 
 
 def bow(beam: Beam) -> Deflection:
     """Return the deflection for 1 K between the faces, towards the cooler one; zero at the ball."""
     slope = _running(beam.bow, beam.x_mm)
-    still = np.zeros_like(slope)
-    return Deflection(beam.x_mm, still, _running(slope, beam.x_mm), slope, ())
+    return Deflection(beam.x_mm, _running(slope, beam.x_mm), slope, ())
 
 
 def compression(beam: Beam, from_mm: float, to_mm: float) -> float:
@@ -211,8 +208,7 @@ def _piece(section: Section, gravity: float) -> tuple[Float, ...]:
 
 
 def _between(ends: tuple[float, float], share: Float) -> Float:
-    values: Float = ends[0] + (ends[1] - ends[0]) * share
-    return values
+    return ends[0] + (ends[1] - ends[0]) * share
 
 
 REFERENCE_C = 20.0

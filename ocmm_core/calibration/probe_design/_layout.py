@@ -12,15 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core import tracking
 from ocmm_core.camera import Rig, on_sensor, project
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.tracking import (
-    AMBIGUITY_LIMIT_MM,
-    Ambiguity,
-    ProbeBody,
-    nearest_ambiguity,
-    tip_derivatives,
-)
 from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
 
 
@@ -30,24 +24,24 @@ class WrongLabels:
 
     hidden: int
     """Number of the unseen LED, from 1; 0 if all are seen."""
-    ambiguity: Ambiguity | None
+    ambiguity: tracking.Ambiguity | None
     """LEDs assigned to the places of the visible ones; None if the rules exclude all."""
 
     @property
     def is_safe(self) -> bool:
         """Return whether the labels cannot be confused."""
         found = self.ambiguity
-        return found is None or found.residual_mm >= AMBIGUITY_LIMIT_MM
+        return found is None or found.residual_mm >= tracking.AMBIGUITY_LIMIT_MM
 
 
-def wrong_labels(body: ProbeBody) -> tuple[WrongLabels, ...]:
+def wrong_labels(body: tracking.ProbeBody) -> tuple[WrongLabels, ...]:
     """Return the nearest wrong labelling with all LEDs and with each hidden (none of three)."""
     everything = tuple(range(body.n_leds))
-    found = [WrongLabels(0, nearest_ambiguity(body))]
+    found = [WrongLabels(0, tracking.nearest_ambiguity(body))]
     if body.n_leds > 3:
         for hidden in everything:
             seen = tuple(led for led in everything if led != hidden)
-            found.append(WrongLabels(hidden + 1, nearest_ambiguity(body, seen)))
+            found.append(WrongLabels(hidden + 1, tracking.nearest_ambiguity(body, seen)))
     return tuple(found)
 
 
@@ -77,7 +71,7 @@ class View:
     """Rig and layout to evaluate."""
 
     rig: Rig
-    body: ProbeBody
+    body: tracking.ProbeBody
     sigma_px: float
     everything_seen: bool = False
     """Also count LEDs that face away from a camera as seen."""
@@ -87,7 +81,7 @@ class View:
         bound = np.empty((len(tips_world), 3, 3))
         for start in range(0, len(bound), _CHUNK):
             part = slice(start, start + _CHUNK)
-            found = tip_derivatives(
+            found = tracking.tip_derivatives(
                 self.spots(rotations[part], tips_world[part]), self.rig, self.body
             )
             some = self.sigma_px**2 * found.by_spots @ found.by_spots.transpose(0, 2, 1)

@@ -70,8 +70,7 @@ def warmth_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
 def growth_shape(design: ProbeDesign, body: ProbeBody) -> Float:
     """Return the shape (3 L + 3) of one kelvin, mm/K."""
     per_k = np.array([material.per_k for material in design.chain.materials])
-    shape: Float = per_k @ warmth_shapes(design, body)
-    return shape
+    return per_k @ warmth_shapes(design, body)
 
 
 def force_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
@@ -90,8 +89,7 @@ def force_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
         rest = beam.compression(design.beam, max(float(place), 0.0), design.handle_mm)
         pressed[3 * led : 3 * led + 3] = rest * axis
     pressed[-3:] = beam.compression(design.beam, 0.0, design.handle_mm) * axis
-    shapes: Float = np.stack([*across, pressed], axis=1) @ np.stack([soft, stiff, axis])
-    return shapes
+    return np.stack([*across, pressed], axis=1) @ np.stack([soft, stiff, axis])
 
 
 def sag_shape(design: ProbeDesign, body: ProbeBody) -> Float:
@@ -185,10 +183,7 @@ def _bent(body: ProbeBody, design: ProbeDesign, direction: Float, bent: beam.Def
     along = from_tip @ design.axis_probe
     shift, slope = bent.at(along)
     beside = from_tip @ direction
-    shape: Float = (
-        shift[:, None] * direction - (slope * beside)[:, None] * design.axis_probe
-    ).ravel()
-    return shape
+    return (shift[:, None] * direction - (slope * beside)[:, None] * design.axis_probe).ravel()
 
 
 def _unknown(temperature_state: TemperatureState) -> InputError:

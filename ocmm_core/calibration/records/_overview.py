@@ -16,12 +16,7 @@ from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records._probe_store import ProbeStore
 from ocmm_core.calibration.records._record_store import RecordStatus
-from ocmm_core.calibration.records._records import (
-    CameraRecord,
-    Check,
-    VerificationRecord,
-    rig_from_record,
-)
+from ocmm_core.calibration.records._records import CameraRecord, VerificationRecord, rig_from_record
 from ocmm_core.calibration.records._sealed import record_hash
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, Rig
 from ocmm_core.errors import OcmmError
@@ -123,17 +118,14 @@ def _centre_jacobian(camera: CameraModel) -> Float:
     return jacobian
 
 
-def _sample(record: VerificationRecord) -> Sample:
-    worst = max(record.checks, key=_share)
+def _sample(record: VerificationRecord | TipCheckRecord) -> Sample:
+    """Return the check nearest to its limit."""
+    worst = max(record.checks, key=lambda check: abs(check.error_mm) / check.limit_mm)
     return Sample(
         datetime.fromisoformat(record.made_utc),
         worst.error_mm / worst.limit_mm,
         0.5 * worst.expanded_mm / worst.limit_mm,
     )
-
-
-def _share(check: Check) -> float:
-    return abs(check.error_mm) / check.limit_mm
 
 
 def _name(camera: CameraModel) -> tuple[str, str]:
@@ -288,16 +280,7 @@ def _trends(
         diameter=_courses(diameters),
         form=_courses(forms),
         place=_courses(moved),
-        check=_courses([(one.tip, _nearest(one)) for one in checks if one.checks]),
-    )
-
-
-def _nearest(record: TipCheckRecord) -> Sample:
-    worst = max(record.checks, key=lambda one: abs(one.error_mm) / one.limit_mm)
-    return Sample(
-        datetime.fromisoformat(record.made_utc),
-        worst.error_mm / worst.limit_mm,
-        0.5 * worst.expanded_mm / worst.limit_mm,
+        check=_courses([(one.tip, _sample(one)) for one in checks if one.checks]),
     )
 
 

@@ -79,15 +79,13 @@ def unseal(path: Path, content: bytes, kind: type[R]) -> R:
     return record
 
 
-def unseal_signed(
-    path: Path, content: bytes, kind: type[R], signed: Signed, keys: KeyFolder | None = None
-) -> SignedRecord[R]:
+def unseal_signed(path: Path, content: bytes, kind: type[R], signed: Signed) -> SignedRecord[R]:
     """Return the record in ``content`` with the state of its signature.
 
     CalibrationError as `unseal`, and if the signature does not belong to the record.
     """
     record, signature = _opened(path, content, kind)
-    state = judge_signature(keys or KeyFolder(), signed, canonical(record), signature)
+    state = judge_signature(KeyFolder(), signed, canonical(record), signature)
     if state.word is SealWord.FORGED:
         raise CalibrationError(
             "record.forged",
@@ -154,11 +152,9 @@ def load(path: Path, kind: type[R]) -> R:
     return unseal(path, read_bytes(path), kind)
 
 
-def load_signed(
-    path: Path, kind: type[R], signed: Signed, keys: KeyFolder | None = None
-) -> SignedRecord[R]:
+def load_signed(path: Path, kind: type[R], signed: Signed) -> SignedRecord[R]:
     """Return a record and the state of its signature; errors as `unseal_signed`."""
-    return unseal_signed(path, read_bytes(path), kind, signed, keys)
+    return unseal_signed(path, read_bytes(path), kind, signed)
 
 
 def load_named(folder: Path, digest: str, kind: type[R]) -> R:

@@ -31,13 +31,6 @@ class ProbeFrames:
         """Return frames of a probe in the air, all with one sigma."""
         return cls(uv, np.full(len(uv), sigma_px), np.full(len(uv), -1, dtype=np.int64))
 
-    def joined(self, other: ProbeFrames) -> ProbeFrames:
-        return ProbeFrames(
-            np.concatenate([self.uv, other.uv]),
-            np.concatenate([self.sigma_px, other.sigma_px]),
-            np.concatenate([self.seats, other.seats]),
-        )
-
 
 @dataclass(frozen=True, slots=True)
 class BarDistance:
@@ -142,10 +135,8 @@ class WrongSpot:
     camera: int
     led: int
     """`frame`, `camera`, `led`: Indices into `ProbeFrames.uv`."""
-    miss_px: Float
-    """(2,), observed minus predicted."""
     sigmas: float
-    """Its length in standard deviations."""
+    """Length of the residual in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,9 +193,7 @@ class RelocationResult:
     """(2, 3), mm: box in which points are accepted, around the tips of the frames."""
     warnings: tuple[Finding, ...]
     """Findings that did not refuse it."""
-    iterations: int
     options: RelocationOptions
-    forced: bool
     thermal: tuple[float, Float] | None = None
     """Standard uncertainty of the thermometer's error after the adjustment, K, and derivative of
     the parameters (14 C,) by it; None without a thermometer."""

@@ -175,8 +175,7 @@ def relocate(
         bars=bars, seats_world=dict(zip(observed.seats, state.seats, strict=True)),
         hull_world=_hull(targets), tips_world=tips,
         volume_world=np.stack([np.nanmin(tips, axis=0), np.nanmax(tips, axis=0)]),
-        warnings=let_pass(findings, force), iterations=found.minimum.iterations, options=options,
-        forced=any(one.refuses for one in findings),
+        warnings=let_pass(findings, force), options=options,
         thermal=None if thermal is None else (thermal[0], thermal[1][cameras]),
     )  # fmt: skip
 
@@ -244,7 +243,7 @@ def _wrong_spots(
     indices = np.argwhere(wrong)
     worst_first = np.argsort(-distances[wrong], kind="stable")
     return tuple(
-        WrongSpot(int(n), int(c), int(led), -residuals[n, c, led], float(distances[n, c, led]))
+        WrongSpot(int(n), int(c), int(led), float(distances[n, c, led]))
         for n, c, led in indices[worst_first]
     )
 

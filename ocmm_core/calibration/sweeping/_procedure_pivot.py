@@ -102,7 +102,6 @@ class PivotProcedure(
             warnings = {one.code: one for one in (*self._watch.warnings(), *findings)}
             return views.PivotView(
                 base=self.base, probe=self._begun.probe, tip=self.tip,
-                in_cone=watching and self._watch.in_cone,
                 countdown_s=self._watch.countdown_s if watching else None,
                 direction_world=self._watch.direction_world if watching else nothing, first=first,
                 second=second, place_distance_mm=place, attitude_distance=attitude,

@@ -245,8 +245,7 @@ def _tip_of(rotations: Float, origins: Float) -> Float | None:
 
 def second_range(rotations: Float) -> float:
     """Return the second largest rotation range of rotations (n, 3, 3), rad."""
-    mean = rotations.mean(axis=0)
-    u, _, vt = np.linalg.svd(mean)
+    u, _, vt = np.linalg.svd(rotations.mean(axis=0))
     turned = (u @ vt).T @ rotations
     # Small enough for the skew part to equal the rotation vector to some per cent.
     vectors = 0.5 * np.stack(

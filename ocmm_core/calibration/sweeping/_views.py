@@ -143,7 +143,6 @@ class PivotView:
     """Its hint gives the present task, or what a guard would refuse."""
     probe: str
     tip: str
-    in_cone: bool
     countdown_s: float | None
     """Seconds until recording starts; None unless counting down."""
     direction_world: Float

@@ -101,10 +101,6 @@ class SweepWatch:
         return self._phase
 
     @property
-    def in_cone(self) -> bool:
-        return self._phase in (SweepPhase.COUNTDOWN, SweepPhase.TAKING)
-
-    @property
     def countdown_s(self) -> float | None:
         """Return the seconds until recording starts; None unless counting down."""
         if self._phase is not SweepPhase.COUNTDOWN:
@@ -258,8 +254,7 @@ class SweepWatch:
         """Return the ball centre of this sweep, (3,), mm, from the current tip estimate."""
         if self._measured or self._tip is None or not self._anchors:
             return self._centre
-        home: Float = np.median([one.rotation @ self._tip + one.origin for one in self._anchors], 0)
-        return home
+        return np.median([one.rotation @ self._tip + one.origin for one in self._anchors], 0)
 
     def _follow(self, look: _Look) -> None:
         """Record a pose while the ball is in place, and detect when it leaves."""

@@ -146,8 +146,6 @@ class BallFit:
     """(n, 3): from the centre to the points, unit."""
     residuals: Float
     """(n,), mm: positive outside."""
-    sigmas: Float
-    """(n,), mm: standard uncertainty of each point along its normal."""
     misfit: float
     misfit_limit: float
     """`misfit`, `misfit_limit`: mm: weighted RMS of the residuals, and its limit. More sensitive
@@ -216,7 +214,7 @@ def fit_ball_on(
     return BallFit(
         centre_world=centre, radius=radius, covariance=covariance,
         directions_world=away / np.linalg.norm(away, axis=1)[:, None], residuals=residuals,
-        sigmas=sigmas, misfit=float(typical * ratio), misfit_limit=float(typical * limit),
+        misfit=float(typical * ratio), misfit_limit=float(typical * limit),
         form=float(np.ptp(plain)),
         form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
         point_sigma=float(np.sqrt(plain @ plain / dof)), diameter=2.0 * radius - certified,
@@ -235,8 +233,7 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
     left = np.arange(len(normals))
     found: list[int] = []
     while len(found) < _MOST_DOUBTFUL and len(left) > LEAST_POINTS:
-        part = np.ix_(left, left)
-        weight = np.linalg.inv(covariance[part])
+        weight = np.linalg.inv(covariance[np.ix_(left, left)])
         rows = _rows(normals[left])
         normal = rows.T @ weight @ rows
         if np.linalg.cond(normal) > _WORST_CONDITION:
@@ -254,28 +251,13 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
     return tuple(found)
 
 
-def predicted_covariance(
-    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
-) -> Float:
-    """Return the predicted covariance (4, 4), mm^2, of centre and radius; infinite if undetermined.
-
-    Directions from its centre; ``more`` (m, 3) are as uncertain as their nearest recorded one.
-    """
-    predicted = _predicted(touches, directions, rig, body, more)
-    return np.full((4, 4), np.inf) if predicted is None else predicted[0]
-
-
 def predicted_errors(
     touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> DiameterErrors | None:
-    """Return predicted contributions to the uncertainty; see `predicted_covariance`."""
-    predicted = _predicted(touches, directions, rig, body, more)
-    return None if predicted is None else predicted[1]
+    """Return predicted contributions to the uncertainty; None if undetermined.
 
-
-def _predicted(
-    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
-) -> tuple[Float, DiameterErrors] | None:
+    Directions from its centre; ``more`` (m, 3) are as uncertain as their nearest recorded one.
+    """
     if not len(touches):
         return None
     nearest = np.argmax(more @ directions.T, axis=1) if len(more) else np.empty(0, dtype=np.int64)
@@ -284,9 +266,8 @@ def _predicted(
     rows = _rows(normals)
     if len(rows) < 4 or np.linalg.cond(rows) > np.sqrt(_WORST_CONDITION):
         return None
-    of_points = joint_covariance(all_touches, normals[:, None], rig, body)
-    covariance, gain = _solved(normals, of_points)
-    return covariance, errors_of(all_touches, normals, 2.0 * gain[3])
+    _, gain = _solved(normals, joint_covariance(all_touches, normals[:, None], rig, body))
+    return errors_of(all_touches, normals, 2.0 * gain[3])
 
 
 def centre_of_few(tips: Points3, radius: float, pole: Float) -> Float:
@@ -323,8 +304,7 @@ def _solved(normals: Points3, covariance: Float) -> tuple[Float, Float]:
 def _plain_residuals(normals: Points3, covariance: Float) -> Float:
     rows = _rows(normals)
     left = np.eye(len(rows)) - rows @ np.linalg.pinv(rows)
-    residuals: Float = left @ covariance @ left.T
-    return residuals
+    return left @ covariance @ left.T
 
 
 def _undetermined() -> CalibrationError:

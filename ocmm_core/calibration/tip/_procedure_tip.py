@@ -103,7 +103,7 @@ class TipQualificationProcedure(
         )
         found = guided.articulate(state.cone_touches, state.rig, state.body)
         checks = qualification.qualification_checks(ball, found, begun.nominal_mm, begun.limits)
-        made = datetime.fromisoformat(self._made_utc)
+        made = datetime.fromisoformat(max(event.utc for event in state.taken))
         record = self._record(
             records.TipRecord, schema=records.TIP_SCHEMA,
             valid_until_utc=guided.utc_text(made + timedelta(days=begun.valid_days)),

@@ -59,9 +59,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun, TouchSetu
     def view(self) -> TipCheckView:
         with self._lock:
             decision = self._decide_now()
-            return self._snapshot(
-                TipCheckView, so_far=decision.verdict, advice=decision.advice, outcome=self._outcome
-            )
+            return self._snapshot(TipCheckView, so_far=decision.verdict, outcome=self._outcome)
 
     def _decide_now(self) -> check.TipCheckDecision:
         if self._decision is None or self._decision[0] != self._version:

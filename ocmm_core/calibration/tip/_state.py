@@ -122,8 +122,7 @@ class TouchState:
 
     def handle(self, touch: guided.RestingTouch) -> Float:
         """Return the direction from the ball to the handle, (3,), world."""
-        axis: Float = touch.rotation_world_from_probe @ guided.handle_axis(self.body)
-        return axis
+        return touch.rotation_world_from_probe @ guided.handle_axis(self.body)
 
     def next_words(self) -> str:
         """Return the name of the next place on the sphere; empty after the last."""
@@ -217,7 +216,6 @@ class TouchState:
         found = (
             guided.articulate(touches, self.rig, self.body, self.wanted.chance) if n > 1 else None
         )
-        place = guided.place_of_ball(touches, self.rig, self.body)
         nothing = np.full(3, np.nan)
         return ConeProgress(
             attitudes=tuple(
@@ -235,7 +233,6 @@ class TouchState:
             half_range_mm=nothing if found is None else found.half_range,
             spread_limit_mm=np.nan if found is None else found.spread_limit,
             largest_limit_mm=np.nan if found is None else found.largest_limit,
-            length_sigma_mm=np.inf if place is None else place.length_sigma,
         )
 
 

@@ -11,17 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration import guided
-from ocmm_core.calibration.records import (
-    ArtefactUse,
-    CalibrationStore,
-    Finding,
-    MadeRecord,
-    ProbeStore,
-    Sphere,
-    let_pass,
-    probe_from_records,
-)
+from ocmm_core.calibration import guided, records
 from ocmm_core.calibration.tip import _steps as steps
 from ocmm_core.calibration.tip._qualification import (
     BallInCone,
@@ -44,7 +34,7 @@ POLE = np.array([0.0, 0.0, 1.0])
 """Of the sphere: its stem is at the opposite side."""
 
 V = TypeVar("V", bound=TouchView)
-R = TypeVar("R", bound=MadeRecord)
+R = TypeVar("R", bound=records.MadeRecord)
 Q = TypeVar("Q", bound=TipOutcome | TipCheckOutcome)
 B = TypeVar("B", bound=TouchBegun)
 
@@ -53,8 +43,8 @@ B = TypeVar("B", bound=TouchBegun)
 class TouchSetup(guided.TipSetup):
     """Common part of both setups: the mounted tip, the sphere, and the cone if it is marked."""
 
-    sphere: Sphere
-    cone: ArtefactUse | None = None
+    sphere: records.Sphere
+    cone: records.ArtefactUse | None = None
 
 
 S = TypeVar("S", bound=TouchSetup)
@@ -76,9 +66,9 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
     ) -> None:
         # First of all: another qualification in force is the better reason to refuse.
         rig, body = site.rig, site.body
-        self._records = continued_records(ProbeStore(site.records), begun, chain.path)
-        self._cameras = None if site.cameras is None else CalibrationStore(site.cameras)
-        calibrated = probe_from_records(body, self._records.calibration, None)
+        self._records = continued_records(records.ProbeStore(site.records), begun, chain.path)
+        self._cameras = None if site.cameras is None else records.CalibrationStore(site.cameras)
+        calibrated = records.probe_from_records(body, self._records.calibration, None)
         self._wanted = self._wanting(begun, rig, calibrated)
         super().__init__(site, chain, begun)
         self.tip = begun.tip
@@ -95,14 +85,14 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
         """Return the fields of the first line common to both; ``limit_mm``: for the diameter."""
         sphere = setup.sphere
         known = sphere.artefact.judge(sphere.diameter, limit_mm, now, setup.temperature)
-        let_pass(known, force=False)
+        records.let_pass(known, force=False)
         return {
             "tip": setup.tip, "probe_identity": site.body.identity, "sphere": sphere,
             "cone": setup.cone,
         }  # fmt: skip
 
     @property
-    def sphere(self) -> Sphere:
+    def sphere(self) -> records.Sphere:
         return self._begun.sphere
 
     def watch(self, block: FrameBlock) -> None:
@@ -177,7 +167,7 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
                 self._store, self.tip, datetime.fromisoformat(self._begun.utc)
             )
 
-    def _warned(self) -> tuple[Finding, ...]:
+    def _warned(self) -> tuple[records.Finding, ...]:
         """Return findings that weaken the result: the sphere and its uncertainty."""
         begun = self._begun
         known = begun.sphere.artefact.judge(
@@ -187,23 +177,19 @@ class TouchProcedure(guided.ProbeProcedure[TouchEvent, Q, B, S]):
             begun.temperature,
         )
         if self._cameras is None:
-            return let_pass(known, force=False)
+            return records.let_pass(known, force=False)
         used = sphere_warnings(begun.sphere, self._cameras.active(), self._cameras.verifications())
-        return (*let_pass(known, force=False), *used)
-
-    @property
-    def _made_utc(self) -> str:
-        return max(event.utc for event in self._state.taken)
+        return (*records.let_pass(known, force=False), *used)
 
     def _record(self, kind: Callable[..., R], **own: object) -> R:
         """Return a record of the observations, with the fields of its kind."""
         taken = self._state.taken
         cone = self._begun.cone
         return kind(
-            probe=self._records.calibration.probe, tip=self.tip, made_utc=self._made_utc,
-            made_by=self._begun.who, software=self._begun.software,
-            temperature_c=self._begun.temperature_c, rig=self.rig.name,
-            rig_identity=self.rig.identity,
+            probe=self._records.calibration.probe, tip=self.tip,
+            made_utc=max(event.utc for event in taken), made_by=self._begun.who,
+            software=self._begun.software, temperature_c=self._begun.temperature_c,
+            rig=self.rig.name, rig_identity=self.rig.identity,
             data_sha256=guided.hash_of(np.array([guided.from_spots(event.uv) for event in taken])),
             calibration=self._begun.running,
             artefacts=(self.sphere.artefact.use, *((cone,) if cone is not None else ())), **own,

@@ -121,9 +121,6 @@ class ConeProgress:
     largest_limit_mm: float
     """`spread_limit_mm`, `largest_limit_mm`: Allowed by the stated uncertainties (exceeded once in
     a thousand); NaN before two."""
-    length_sigma_mm: float
-    """Standard uncertainty of the distance of the ball from the handle; infinite until determined
-    by the attitudes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +197,5 @@ class TipCheckView(TouchView):
     """Snapshot of the quick check."""
 
     so_far: CheckVerdict
-    advice: str
-    """Reason and remedy for an inconclusive or failed check, one or two sentences; else empty."""
     outcome: TipCheckOutcome | None
     """Result of `compute`; None before it, and after another point."""

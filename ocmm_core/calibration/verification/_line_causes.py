@@ -121,8 +121,7 @@ def _by_scale(one: Taken, state: VerificationState) -> Float:
     places = (1.0 + _STEP) * triangulate(rig, uv)
     scaled = np.array([project(camera, places) for camera in rig.cameras])
     tip: Float = solve(scaled[None], rig, state.body, one.event.sigma_px).tip_world[0]
-    moved: Float = (tip - one.tip) / _STEP
-    return moved
+    return (tip - one.tip) / _STEP
 
 
 def culprits(state: VerificationState) -> list[records.Finding]:

@@ -257,8 +257,7 @@ def _newness(line: PlannedLine, others: Sequence[PlannedLine]) -> float:
 
 
 def _direction(line: PlannedLine) -> Float:
-    along: Float = unit(line.ends_world[1] - line.ends_world[0])
-    return along
+    return unit(line.ends_world[1] - line.ends_world[0])
 
 
 def _angle(one: Float, other: Float) -> float:

@@ -144,8 +144,7 @@ def _uses_of(state: VerificationState) -> tuple[records.ArtefactUse, ...]:
         state.begun.bar,
         *state.begun.spheres,
     )
-    uses = [one.artefact.use for one in artefacts]
-    return tuple(dict.fromkeys(uses))
+    return tuple(dict.fromkeys([one.artefact.use for one in artefacts]))
 
 
 def _repeats(state: VerificationState) -> tuple[guided.JudgedRepeat, ...]:

@@ -36,9 +36,7 @@ def audit(path: Path, line: str = "") -> Audit:
         return _of_records(path)
     if path.suffix == SUFFIX or line:
         return _of_job(path, line)
-    if path.name in _OF_HISTORY:
-        return _of_records(path.parent)
-    return audit_file(path)
+    return _of_records(path.parent) if path.name in _OF_HISTORY else audit_file(path)
 
 
 def files_to_audit(path: Path) -> tuple[Path, ...]:

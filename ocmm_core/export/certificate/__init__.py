@@ -16,14 +16,12 @@ if TYPE_CHECKING:
         Expansion, artefact_fields, artefact_text, quantities_read,
     )  # fmt: skip
     from ocmm_core.export.certificate._content import (
-        SIMULATED_WORDS, Certificate, CertificateLine, CertificateRun, CertificateValue, Conformity,
-        air_said, certificate_facts, certificate_title, open_certificate_clauses, rule_said,
+        Certificate, CertificateLine, CertificateRun, CertificateValue, Conformity, air_said,
+        certificate_facts, certificate_title, rule_said,
     )  # fmt: skip
-    from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
-        certificate_of_acceptance, certificate_of_cameras, certificate_of_folder,
-        certificate_of_tip,
+        certificate_of_cameras, certificate_of_folder, certificate_of_tip,
     )  # fmt: skip
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
     from ocmm_core.export.certificate._seal import (
@@ -37,12 +35,11 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "CERTIFICATE_ENDING", "SEAL_SUFFIX", "SIMULATED_WORDS", "Certificate", "CertificateLine",
-    "CertificateRun", "CertificateValue", "Conformity", "Dcc", "DccQuantity", "Expansion",
-    "TrustedSigners", "XmlSignature", "XmlSignatureWord", "air_said", "artefact_fields",
-    "artefact_text", "certificate_facts", "certificate_of_acceptance", "certificate_of_calibration",
-    "certificate_of_cameras", "certificate_of_folder", "certificate_of_tip", "certificate_title",
-    "check_dcc_seal", "dcc_bytes", "open_certificate_clauses", "quantities_read", "read_dcc",
-    "rule_said", "signed_certificates", "trust_laboratory", "trusted_signers", "write_certificate",
-    "write_certificates",
+    "CERTIFICATE_ENDING", "SEAL_SUFFIX", "Certificate", "CertificateLine", "CertificateRun",
+    "CertificateValue", "Conformity", "Dcc", "DccQuantity", "Expansion", "TrustedSigners",
+    "XmlSignature", "XmlSignatureWord", "air_said", "artefact_fields", "artefact_text",
+    "certificate_facts", "certificate_of_calibration", "certificate_of_cameras",
+    "certificate_of_folder", "certificate_of_tip", "certificate_title", "check_dcc_seal",
+    "quantities_read", "read_dcc", "rule_said", "signed_certificates", "trust_laboratory",
+    "trusted_signers", "write_certificate", "write_certificates",
 ]  # fmt: skip

@@ -212,13 +212,6 @@ IN_HOUSE = (
     "no accreditation."
 )
 
-CERTIFICATE_CLAUSES = (
-    "7.8.2.1 a", "7.8.2.1 b", "7.8.2.1 c", "7.8.2.1 d", "7.8.2.1 e", "7.8.2.1 f", "7.8.2.1 g",
-    "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o", "7.8.4.1 a",
-    "7.8.4.1 b", "7.8.4.1 c", "7.8.4.1 d", "7.8.4.1 e",
-)  # fmt: skip
-"""Omitted: h (calibrated on site), k and p as for reports, and opinions (7.8.4.1 f)."""
-
 
 def certificate_facts(
     paper: Certificate, speech: Speech = _ENGLISH, lengths: PaperLengths = _MM
@@ -231,12 +224,6 @@ def certificate_facts(
         PaperFact("laboratory", clause, name, one_line(value) or NOT_STATED)
         for clause, name, value in _facts(paper, speech, lengths)
     )
-
-
-def open_certificate_clauses(paper: Certificate) -> tuple[str, ...]:
-    """Return the clauses without a statement, in order."""
-    said = {fact.clause for fact in certificate_facts(paper) if fact.stated}
-    return tuple(clause for clause in CERTIFICATE_CLAUSES if clause not in said)
 
 
 def certificate_title(paper: Certificate, speech: Speech = _ENGLISH) -> str:

@@ -15,17 +15,7 @@ from lxml import etree
 from ocmm_core.build import build_version
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.errors import InternalError, StorageError
-from ocmm_core.export.certificate._content import (
-    STATUS_WORDS,
-    Certificate,
-    CertificateLine,
-    CertificateRun,
-    CertificateValue,
-    K,
-    Status,
-    certificate_facts,
-    conformity_words,
-)
+from ocmm_core.export.certificate import _content as content
 from ocmm_core.export.report import NOT_STATED, one_line
 
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
@@ -36,13 +26,7 @@ _MM = "\\milli\\metre"
 _SHA256 = "SHA-256"
 
 
-def dcc_bytes(paper: Certificate) -> bytes:
-    """Return a certificate as a DCC without signature; errors as `dcc_tree`."""
-    content: bytes = etree.tostring(dcc_tree(paper), xml_declaration=True, encoding="UTF-8")
-    return content
-
-
-def dcc_tree(paper: Certificate) -> etree._Element:
+def dcc_tree(paper: content.Certificate) -> etree._Element:
     """Return a certificate as a DCC without signature; StorageError if a number is not finite."""
     root = etree.Element(f"{{{DCC}}}digitalCalibrationCertificate", nsmap={"dcc": DCC, "si": SI})
     root.set("schemaVersion", VERSION)
@@ -53,7 +37,7 @@ def dcc_tree(paper: Certificate) -> etree._Element:
     if paper.values_before:
         _values(_add(results, "measurementResult"), paper, paper.values_before, "beforeAdjustment")
     if paper.values:
-        status: Status | None = "afterAdjustment" if paper.values_before else None
+        status: content.Status | None = "afterAdjustment" if paper.values_before else None
         _values(_add(results, "measurementResult"), paper, paper.values, status)
     if not (paper.runs or paper.values or paper.values_before):
         raise InternalError("certificate.empty", f"{paper.number} states nothing.", "Report this.")
@@ -61,7 +45,7 @@ def dcc_tree(paper: Certificate) -> etree._Element:
     return root
 
 
-def _administrative(parent: etree._Element, paper: Certificate) -> None:
+def _administrative(parent: etree._Element, paper: content.Certificate) -> None:
     house, given = paper.paper.template.laboratory, paper.paper.given
     software = _add(_add(parent, "dccSoftware"), "software")
     _text(software, "name", "OCMM")
@@ -99,19 +83,19 @@ def _administrative(parent: etree._Element, paper: Certificate) -> None:
         _add(person, "mainSigner", "true" if index == 0 else "false")
     _contact(_add(parent, "customer"), given.customer or house.name, "", given.customer_address)
     statements = _add(parent, "statements")
-    for fact in certificate_facts(paper):
+    for fact in content.certificate_facts(paper):
         statement = _add(statements, "statement")
         if fact.clause:
             _add(statement, "norm", f"ISO/IEC 17025:2017, {fact.clause}")
         _rich(statement, "declaration", f"{fact.name}: {fact.value}")
     final = paper.final
     overall = _add(statements, "statement")
-    _rich(overall, "declaration", conformity_words(paper) or "No statement of conformity.")
+    _rich(overall, "declaration", content.conformity_words(paper) or "No statement of conformity.")
     _add(overall, "conformity", final.word if final is not None else "noPass")
 
 
-def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> None:
-    _text(parent, "name", f"{paper.item}, {STATUS_WORDS[run.status]}")
+def _run(parent: etree._Element, paper: content.Certificate, run: content.CertificateRun) -> None:
+    _text(parent, "name", f"{paper.item}, {content.STATUS_WORDS[run.status]}")
     _rich(parent, "description", f"Judged by: {run.rule}.")
     _methods(parent, paper)
     if paper.artefacts:
@@ -151,7 +135,7 @@ def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> Non
     _add(behind, "reference", f"observations {_SHA256} {run.data_sha256}")
 
 
-def _line(parent: etree._Element, line: CertificateLine) -> None:
+def _line(parent: etree._Element, line: content.CertificateLine) -> None:
     _text(parent, "name", line.name)
     data = _add(parent, "data")
     measured = _add(data, "quantity", refType="basic_measuredValue")
@@ -170,30 +154,30 @@ def _line(parent: etree._Element, line: CertificateLine) -> None:
 
 def _values(
     parent: etree._Element,
-    paper: Certificate,
-    values: Sequence[CertificateValue],
-    status: Status | None,
+    paper: content.Certificate,
+    values: Sequence[content.CertificateValue],
+    status: content.Status | None,
 ) -> None:
-    state = "" if status is None else f", {STATUS_WORDS[status]}"
+    state = "" if status is None else f", {content.STATUS_WORDS[status]}"
     _text(parent, "name", f"{paper.item}, further values{state}")
     _methods(parent, paper)
     if status is not None:
         condition = _add(_add(parent, "influenceConditions"), "influenceCondition")
         _text(condition, "name", "State of the item")
         _add(condition, "status", status)
-        _rich(_add(condition, "data"), "text", STATUS_WORDS[status])
+        _rich(_add(condition, "data"), "text", content.STATUS_WORDS[status])
     results = _add(parent, "results")
     for value in values:
         _value(_add(results, "result"), value)
 
 
-def _value(parent: etree._Element, value: CertificateValue) -> None:
+def _value(parent: etree._Element, value: content.CertificateValue) -> None:
     _text(parent, "name", value.name)
     quantity = _add(_add(parent, "data"), "quantity")
     _real(quantity, value.name, value.value, value.unit, value.expanded)
 
 
-def _methods(parent: etree._Element, paper: Certificate) -> None:
+def _methods(parent: etree._Element, paper: content.Certificate) -> None:
     method = _add(_add(parent, "usedMethods"), "usedMethod")
     _text(method, "name", paper.method)
     for norm in paper.norms:
@@ -243,7 +227,7 @@ def _real(
     unc = etree.SubElement(real, f"{{{SI}}}expandedUnc")
     for name, told in (
         ("uncertainty", _number(label, expanded)),
-        ("coverageFactor", _number(label, K)),
+        ("coverageFactor", _number(label, content.K)),
         ("coverageProbability", _COVERAGE),
     ):
         etree.SubElement(unc, f"{{{SI}}}{name}").text = told

@@ -8,7 +8,7 @@ one tolerance into another.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from lxml import etree
 
@@ -131,19 +131,17 @@ class Node:
 
     def length(self, name: str) -> float | None:
         """Return a length, mm, or None."""
-        node = self.child(name)
-        if node is None:
-            return None
-        scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
-        return scaled(number(node.content()), scale)
+        return self._quantity(name, "linearUnit", self._units.length)
 
     def angle(self, name: str) -> float | None:
         """Return an angle, degrees, or None."""
+        return self._quantity(name, "angularUnit", self._units.angle)
+
+    def _quantity(self, name: str, unit: str, scale: Callable[..., float]) -> float | None:
         node = self.child(name)
         if node is None:
             return None
-        scale = self._units.angle(node.attribute("angularUnit"), is_pmi=self._is_pmi)
-        return scaled(number(node.content()), scale)
+        return scaled(number(node.content()), scale(node.attribute(unit), is_pmi=self._is_pmi))
 
     def point(self, path: str) -> tuple[float, float, float] | None:
         node = self.at(path)

@@ -340,5 +340,5 @@ QIF: report.Exporter = report.Exporter(
     purpose="any program that reads QIF 3.0 results (ISO 23952)",
     suffixes=(".qif",),
     profile="",
-    contents=_contents, differences=_differences, preview=_preview, batch=False,
+    contents=_contents, differences=_differences, preview=_preview,
 )  # fmt: skip

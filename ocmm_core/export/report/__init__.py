@@ -24,8 +24,7 @@ if TYPE_CHECKING:
         check_file_stem, check_name, clean_text, last_moment, one_line, spreadsheet_text,
     )  # fmt: skip
     from ocmm_core.export.report._paper_facts import (
-        CLAUSES, NOT_STATED, PaperFact, open_clauses, paper_facts, plan_deviations, report_number,
-        statements,
+        NOT_STATED, PaperFact, paper_facts, plan_deviations, report_number, statements,
     )  # fmt: skip
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._report_data import (
@@ -40,12 +39,12 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "AS9102", "CLAUSES", "JSON", "NOT_STATED", "POLYWORKS", "XLSX", "Cell", "Element", "Exporter",
+    "AS9102", "JSON", "NOT_STATED", "POLYWORKS", "XLSX", "Cell", "Element", "Exporter",
     "Instrument", "Number", "PaperFact", "Profile", "ReportData", "ReportFile", "ReportFormat",
     "ReportTable", "ReportedFeature", "ReportedResult", "TableProfile", "Units", "account_file",
     "check_file_stem", "check_name", "clean_text", "compare_delimited", "delimited",
-    "features_table", "head_table", "last_moment", "load_profile", "one_line", "open_clauses",
-    "paper_facts", "plan_deviations", "points_table", "polyworks_profile", "read_report",
-    "report_number", "report_of_job", "report_table", "reported_features", "same_number",
-    "spreadsheet_text", "statements", "write_account",
+    "features_table", "head_table", "last_moment", "load_profile", "one_line", "paper_facts",
+    "plan_deviations", "points_table", "polyworks_profile", "read_report", "report_number",
+    "report_of_job", "report_table", "reported_features", "same_number", "spreadsheet_text",
+    "statements", "write_account",
 ]  # fmt: skip

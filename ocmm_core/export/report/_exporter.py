@@ -131,7 +131,7 @@ class Exporter(ReportFormat):
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
     """Differences between files and jobs, in sentences, by a reader independent of the writer."""
     preview: Callable[[Sequence[ReportData], Profile], tuple[tables.ReportTable, ...]]
-    batch: bool
+    batch: bool = False
     """Several jobs go into one file as several values; otherwise one job at a time."""
 
 

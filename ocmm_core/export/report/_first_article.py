@@ -339,5 +339,5 @@ AS9102 = Exporter(
     purpose="first article inspection: every requirement of the model with its result",
     suffixes=("_fai.csv", "_fai.xlsx"),
     profile="",
-    contents=_contents, differences=_differences, preview=_preview, batch=False,
+    contents=_contents, differences=_differences, preview=_preview,
 )  # fmt: skip

@@ -144,9 +144,7 @@ def _file(data: ReportData) -> json_schema.ReportFile:
             for point, reason in data.taken_back
         ),
         head=tuple(
-            json_schema.PaperFactPart(
-                group=fact.group, clause=fact.clause, name=fact.name, value=fact.value
-            )
+            msgspec.convert(fact, json_schema.PaperFactPart, from_attributes=True)
             for fact in paper_facts(data)
         ),
     )
@@ -300,5 +298,5 @@ JSON = Exporter(
     title="JSON with raw observations",
     purpose="your own programs; everything, with raw observations",
     suffixes=(".json",),
-    profile="", contents=_contents, differences=_differences, preview=_preview, batch=False,
+    profile="", contents=_contents, differences=_differences, preview=_preview,
 )  # fmt: skip

@@ -22,8 +22,7 @@ _COMMANDS = ("=", "+", "-", "@")
 
 def last_moment(begun_utc: str, taken_utc: Iterable[str]) -> datetime:
     """Return the latest time of points, or the start of a job, as UTC; StorageError if invalid."""
-    moments = [_moment_of(text) for text in taken_utc] or [_moment_of(begun_utc)]
-    return max(moments)
+    return max([_moment_of(text) for text in taken_utc] or [_moment_of(begun_utc)])
 
 
 def _moment_of(text: str) -> datetime:

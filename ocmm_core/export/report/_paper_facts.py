@@ -24,13 +24,6 @@ NOT_STATED = "not stated"
 
 Group = Literal["laboratory", "customer", "item", "measurement", "instrument", "statements"]
 
-CLAUSES = (
-    "7.8.2.1 a", "7.8.2.1 b", "7.8.2.1 c", "7.8.2.1 d", "7.8.2.1 e", "7.8.2.1 f", "7.8.2.1 g",
-    "7.8.2.1 h", "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o",
-    "7.8.2.2", "7.8.3.1 a", "7.8.3.1 b", "7.8.3.1 c",
-)  # fmt: skip
-"""Omitted: k (no sampling), p (no results of others), opinions, methods (7.8.3.1 d, e)."""
-
 _HEAD_DIGITS = 16
 _NUMBER_DIGITS = 8
 
@@ -70,13 +63,6 @@ def paper_facts(data: ReportData, lengths: PaperLengths = _MM) -> tuple[PaperFac
         PaperFact(group, clause, name, one_line(value) or NOT_STATED)
         for group, clause, name, value in _facts(data, lengths)
     )
-
-
-def open_clauses(data: ReportData) -> tuple[str, ...]:
-    """Return the clauses without a statement, in order."""
-    facts = paper_facts(data)
-    said = {fact.clause for fact in facts if fact.stated}
-    return tuple(clause for clause in CLAUSES if clause not in said)
 
 
 def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str, str, str]]:

@@ -164,5 +164,4 @@ POLYWORKS = exporter.Exporter(
         "_points_centres.csv", "_cloud_centres.asc",
     ),
     profile="everything", contents=_contents, differences=_differences, preview=_preview,
-    batch=False,
 )  # fmt: skip

@@ -363,5 +363,5 @@ XLSX = Exporter(
     purpose="people",
     suffixes=(".xlsx",),
     profile="unit and digits",
-    contents=_contents, differences=_differences, preview=_preview, batch=False,
+    contents=_contents, differences=_differences, preview=_preview,
 )  # fmt: skip

@@ -90,8 +90,7 @@ def torus_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     by_geometry[:, DIRECTION] = -(radial * along)[:, None] * outward + lift[:, None] * arms
     by_geometry[:, RADIUS] = -radial
     by_geometry[:, SECOND] = -1.0
-    normals: Points3 = radial[:, None] * outward + lift[:, None] * fit.direction
-    return normals
+    return radial[:, None] * outward + lift[:, None] * fit.direction
 
 
 def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
@@ -105,8 +104,7 @@ def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
     radial, lift = np.where(on, 1.0, beyond / away), np.where(on, 0.0, along / away)
     by_geometry[:, DIRECTION] = -(radial * along)[:, None] * outward + lift[:, None] * arms
     by_geometry[:, RADIUS] = -radial
-    normals: Points3 = radial[:, None] * outward + lift[:, None] * fit.direction
-    return normals
+    return radial[:, None] * outward + lift[:, None] * fit.direction
 
 
 def ellipse_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
@@ -131,8 +129,7 @@ def _from_outline(kind: int, fit: Fit, arms: Float, by_geometry: Float) -> Point
     by_geometry[:, RADIUS], by_geometry[:, SECOND] = jacobian[:, 3], jacobian[:, 4]
     by_geometry[:, ACROSS] = x * arms + y * np.cross(arms, fit.direction)
     by_geometry[:, DIRECTION] = y * np.cross(fit.across, arms)
-    normals: Points3 = x * fit.across + y * beside
-    return normals
+    return x * fit.across + y * beside
 
 
 def signed_plane(geometry: Float, arms: Float) -> tuple[Float, Points3]:

@@ -38,9 +38,7 @@ class FitPrior(NamedTuple):
     @property
     def sizes(self) -> tuple[float, float] | None:
         """Return both sizes, or None if one is missing."""
-        if self.radius is None or self.second is None:
-            return None
-        return self.radius, self.second
+        return None if self.radius is None or self.second is None else (self.radius, self.second)
 
 
 Slopes: TypeAlias = Callable[[Fit, Float, Float], Points3]

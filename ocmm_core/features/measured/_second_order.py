@@ -157,5 +157,4 @@ def _any_across(direction: Float) -> Float:
     across = np.zeros(3)
     across[int(np.argmin(np.abs(direction)))] = 1.0
     across -= (across @ direction) * direction
-    unit: Float = across / np.linalg.norm(across)
-    return unit
+    return across / np.linalg.norm(across)

@@ -16,7 +16,7 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.search._point_kernel import centre, principal
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Float, Points3, spiral
 
 FLAT = 1e-6
 """Relative extent below which points count as flat, in a line or coincident."""
@@ -195,8 +195,7 @@ def quadric_axes(points: Float) -> Float:
     c = np.concatenate([algebraic[:, :6], weighed[:, :6]])
     c[:, 3:] *= 0.5
     matrices = c[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-    axes: Float = np.linalg.eigh(matrices)[1].swapaxes(1, 2).reshape(-1, 3)
-    return axes
+    return np.linalg.eigh(matrices)[1].swapaxes(1, 2).reshape(-1, 3)
 
 
 def across_axes(axis: Float) -> tuple[Float, Float]:
@@ -216,12 +215,8 @@ def across_axes(axis: Float) -> tuple[Float, Float]:
 
 @cache
 def _hemisphere(count: int) -> Float:
-    """Return directions (count, 3) spread evenly over a hemisphere (Fibonacci spiral)."""
-    index = np.arange(count) + 0.5
-    height = index / count
-    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
-    ring = np.sqrt(1.0 - height**2)
-    return np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
+    """Return directions (count, 3) spread evenly over a hemisphere."""
+    return spiral((np.arange(count) + 0.5) / count)
 
 
 RANK = 1e-10

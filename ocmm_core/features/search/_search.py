@@ -238,8 +238,7 @@ def _best(ends: Float, costs: Float) -> Float:
     costs = costs[order]
     apart = np.isfinite(costs)
     apart[1:] &= ~(costs[1:] - costs[:-1] <= EQUAL * costs[1:])
-    kept: Float = ends[order[apart]]
-    return kept
+    return ends[order[apart]]
 
 
 def _ends(

@@ -196,9 +196,7 @@ def with_rival(first: shapes.Fit, second: shapes.Fit) -> shapes.Fit:
         n, numbers = len(first.residuals), shapes.MINIMUM_POINTS[first.shape]
         if not undecided(first.form**2, second.form**2, n, numbers):
             return first
-    if same(first, second):
-        return first
-    return replace(first, rival=second)
+    return first if same(first, second) else replace(first, rival=second)
 
 
 def unambiguous(fit: shapes.Fit) -> shapes.Fit:

@@ -254,8 +254,7 @@ def _loose(touch: Float, k: int) -> Float:
     directions, strength, _ = np.linalg.svd(
         scipy.linalg.null_space(touch.T, rcond=1e-10)[:k], full_matrices=False
     )
-    loose: Float = directions[:, strength > 1e-9]
-    return loose
+    return directions[:, strength > 1e-9]
 
 
 def _held_by_others(

@@ -117,8 +117,7 @@ class ElementPose:
 
     def local(self, points: Float) -> Float:
         """Return ``points`` (n, 3) in the frame of the element."""
-        arms: Float = (points - self.origin) @ self.frame
-        return arms
+        return (points - self.origin) @ self.frame
 
     def moved(self, step: Float) -> ElementPose:
         """Return the element after ``step`` (8,), its origin at the foot of the centroid.

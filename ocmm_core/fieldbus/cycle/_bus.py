@@ -85,8 +85,7 @@ class BusClock:
         early, late = self.bus_time(sent_ns), self.bus_time(answered_ns)
         if not early - margin <= bus_ns <= late + margin:
             return False
-        predicted = self.bus_time(middle)
-        error = float(bus_ns - predicted)
+        error = float(bus_ns - self.bus_time(middle))
         if settled:
             error = min(_ERROR_LIMIT_NS, max(-_ERROR_LIMIT_NS, error))
         trust = min(1.0, _CERTAIN_NS / max(1, answered_ns - sent_ns))

@@ -118,8 +118,7 @@ class ProcessImage:
         for entry in self._all:
             if entry.role is role and entry.exposure in (exposure, -1):
                 whole = content[entry.at // 8 : (entry.at + entry.bits + 7) // 8]
-                value = int.from_bytes(whole, "little") >> entry.at % 8
-                return _wrapped(value, entry)
+                return _wrapped(int.from_bytes(whole, "little") >> entry.at % 8, entry)
         return None
 
     def spot_bytes(self, content: bytes) -> bytes:

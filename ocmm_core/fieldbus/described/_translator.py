@@ -47,8 +47,7 @@ def corrected_from_pixels(camera: CameraModel, uv: Float, sends: Sends) -> Float
     if sends is Sends.EXACT:
         return _exactly(camera, uv)
     distorted = from_pixels(camera, uv)
-    corrected: Float = 2.0 * distorted - distort(camera, distorted)
-    return corrected
+    return 2.0 * distorted - distort(camera, distorted)
 
 
 def pixels_from_corrected(camera: CameraModel, corrected: Float, sends: Sends) -> Float:
@@ -111,7 +110,6 @@ class InputTranslator:
         self._image = image
         self._lens = lens if device.is_corrected else None
         self._timing = timing
-        self._crc_begin = NEWEST_LAYOUT.crc_begin(serial)
         self._serial = serial
         self._block: int | None = None
         self._told: int | None = None

@@ -109,9 +109,9 @@ def number(
     )  # fmt: skip
 
 
-def text_entry(name: str, value: str, text: str = "") -> ObjectEntry:
+def text_entry(name: str, value: str) -> ObjectEntry:
     """Return an entry that holds ASCII text."""
-    return ObjectEntry(name, DataType.VISIBLE_STRING, value.encode("ascii"), text=text)
+    return ObjectEntry(name, DataType.VISIBLE_STRING, value.encode("ascii"))
 
 
 def octets(

@@ -53,14 +53,6 @@ def read_number(access: ObjectAccess, index: int, sub: int, size: int) -> int:
     return int.from_bytes(read_exactly(access, index, sub, size), "little")
 
 
-def read_text(access: ObjectAccess, index: int, sub: int) -> str:
-    """Return a text, or raise BusError."""
-    try:
-        return access.read(index, sub, room=STRING_BYTES).rstrip(b"\x00").decode("ascii")
-    except UnicodeDecodeError as error:
-        raise unfit(index, sub, "not text") from error
-
-
 def unfit(index: int, sub: int, why: str) -> BusError:
     """Return the error for an unusable entry."""
     return BusError(

@@ -64,10 +64,8 @@ class Emergency:
     @property
     def text(self) -> str:
         """Return the meaning of the code's class."""
-        for mask, value, text in _TEXTS:
-            if self.code & mask == value:
-                return text
-        return "unknown error"
+        found = (text for mask, value, text in _TEXTS if self.code & mask == value)
+        return next(found, "unknown error")
 
 
 def parse_emergency(mailbox: bytes) -> Emergency | None:

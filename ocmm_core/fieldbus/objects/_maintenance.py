@@ -106,7 +106,7 @@ def _refused(why: str) -> BusError:
     )
 
 
-_AL_CONTROL, _AL_STATUS, _ALIAS_REGISTER = 0x0120, 0x0130, 0x0012
+_AL_CONTROL, _AL_STATUS = 0x0120, 0x0130
 _INIT, _BOOT = 1, 3
 _ACKNOWLEDGE = 0x10
 _SM_STATUS_IN = 0x080D

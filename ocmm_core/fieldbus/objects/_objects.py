@@ -190,7 +190,7 @@ class ObjectService:
         """Connect to the cameras at these stations; restart unfinished requests."""
         before, self._lines = self._lines, {}
         for name, (station, areas) in stations.items():
-            line = CameraLine(name, station, areas, self._emergency)
+            line = CameraLine(name, station, areas, lambda *one: self.emergencies.append(one))
             if name in before:
                 line.queue.extend(before[name].unfinished())
             self._lines[name] = line
@@ -226,9 +226,6 @@ class ObjectService:
                 self.failures.append((name, reply))
             else:
                 self.done += 1
-
-    def _emergency(self, camera: str, emergency: mailbox_line.Emergency) -> None:
-        self.emergencies.append((camera, emergency))
 
 
 def _is_disturbance(content: bytes) -> bool:

@@ -28,7 +28,7 @@ class AlarmSpec:
     title: str
     remedy: str
     """`title`, `remedy`: user texts."""
-    answer: AlarmResponse
+    answer: AlarmResponse = AlarmResponse.NOTE
     confirmed: int = 0
     """Consecutive cycles until confirmed; zero except for `AlarmResponse.BRING_UP`."""
     errors: tuple[str, ...] = ()
@@ -70,7 +70,6 @@ class Alarm(StrEnum):
     STRAY_ANSWERS = AlarmSpec(
         "bus.stray_answers", "Duplicate or out-of-order answers",
         "Do not use an ordinary switch between the cameras.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     WORKING_COUNTER = AlarmSpec(
         "bus.working_counter", "Not every camera took part",
@@ -166,17 +165,14 @@ class Alarm(StrEnum):
     CLOCK_DRIFT = AlarmSpec(
         "bus.clock_drift", "The clocks of cameras and computer drift apart",
         "Have the first camera checked; its clock is out of tolerance.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     PORT_ERRORS = AlarmSpec(
         "bus.port_errors", "Broken frames or lost links at a port of a camera",
         "Replace the cable at that port; keep it away from drives and welders.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     EMERGENCY = AlarmSpec(
         "bus.emergency", "A camera reports an emergency",
         "Look up the error code in the camera's error history.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     SECOND_MASTER = AlarmSpec(
         "bus.second_master", "Another master is on the camera bus",
@@ -186,27 +182,22 @@ class Alarm(StrEnum):
     OBJECT_TIMEOUT = AlarmSpec(
         "bus.object_timeout", "A camera does not answer a request",
         "Measuring continues; repeat the request.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     OBJECT_REFUSED = AlarmSpec(
         "bus.refused", "A camera refuses a request",
         "Check the value; install the matching firmware.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     REDUNDANCY = AlarmSpec(
         "bus.redundancy", "The redundancy cable or a bus cable is broken",
         "Measuring continues; replace the broken cable.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     STRETCHED = AlarmSpec(
         "bus.stretched", "The virtual bus is slower than real time",
         "Nothing is lost; close other programs to make it faster.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
     HOST_BUSY = AlarmSpec(
         "bus.host_busy", "This computer was too busy for the bus",
         "Close other programs on this computer.",
-        AlarmResponse.NOTE,
     )  # fmt: skip
 
 

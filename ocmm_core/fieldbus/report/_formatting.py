@@ -138,9 +138,7 @@ def unaccounted(report: BusReport) -> int:
 
 
 def microseconds(value_us: float) -> str:
-    if abs(value_us) >= 1000.0:
-        return f"{value_us / 1000.0:g} ms"
-    return f"{value_us:g} µs"
+    return f"{value_us / 1000.0:g} ms" if abs(value_us) >= 1000.0 else f"{value_us:g} µs"
 
 
 def within_us(histogram: Histogram, share: float) -> float | None:

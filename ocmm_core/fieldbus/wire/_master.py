@@ -233,13 +233,11 @@ class Master:
         self._master.state = state
         self._master.write_state()
 
-    def reach(self, state: int, meanwhile: Callable[[], object] = lambda: None) -> None:
-        """Wait until all devices are in a state; pysoem's own wait would hold the GIL."""
-        for _ in self.steps_to(state):
-            meanwhile()
-
     def steps_to(self, state: int) -> Iterator[None]:
-        """Yield until all devices are in a state; raise BusError after the time limit."""
+        """Yield until all devices are in a state; raise BusError after the time limit.
+
+        pysoem's own wait would hold the GIL.
+        """
         deadline = time.monotonic() + self._time.patience * _STATE_TIMEOUT_S
         while self._master.read_state() != state:
             yield

@@ -119,10 +119,8 @@ def _count(frame: bytes) -> int | None:
         _, datagrams = decode_frame(frame)
     except BusError:
         return None
-    for datagram in datagrams:
-        if datagram.command == Command.BRD:
-            return datagram.working_counter
-    return None
+    read = (one.working_counter for one in datagrams if one.command == Command.BRD)
+    return next(read, None)
 
 
 _SERVICE_WAIT_NS = 250_000

@@ -29,9 +29,7 @@ def is_low(item: Characteristic, result: CharacteristicResult) -> bool:
 def way_to_good(item: Characteristic, result: CharacteristicResult) -> float | None:
     """Return the distance of a value from conformity, U included; None without a value."""
     beyond, uncertainty = beyond_limit(item, result), result.uncertainty
-    if beyond is None or uncertainty is None:
-        return None
-    return beyond + uncertainty
+    return None if beyond is None or uncertainty is None else beyond + uncertainty
 
 
 def beyond_limit(item: Characteristic, result: CharacteristicResult) -> float | None:

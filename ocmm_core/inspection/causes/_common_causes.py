@@ -156,9 +156,7 @@ def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
         return None
     noisy = sum(ratio > 0.5 * _NOISY for ratio in ratios)
     mean = float(np.average(ratios, weights=weights))
-    if mean < _NOISY or noisy < 0.7 * len(samples):
-        return None
-    return float(np.sqrt(mean))
+    return None if mean < _NOISY or noisy < 0.7 * len(samples) else float(np.sqrt(mean))
 
 
 def scatter_ratio(sample: FormSample) -> float:

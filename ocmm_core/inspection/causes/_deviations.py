@@ -21,17 +21,10 @@ import numpy as np
 import scipy
 
 from ocmm_core.errors import FitError
+from ocmm_core.features import shapes
 from ocmm_core.features.elements import distance_derivatives, nominal_distances
 from ocmm_core.features.measured import ActualFeature, fit_shape
 from ocmm_core.features.search import unambiguous
-from ocmm_core.features.shapes import (
-    DIRECTION,
-    Criterion,
-    Fit,
-    NominalFeature,
-    Shape,
-    nominal_geometry,
-)
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
 
 """One-sided shapes, without inside."""
@@ -51,7 +44,7 @@ class TouchedSurface:
     """Touches of one feature against its nominal surface."""
 
     name: str
-    nominal: NominalFeature
+    nominal: shapes.NominalFeature
     """From the plan; the direction of a line is the normal of its face."""
     geometry: Float
     """(12,), frame of the nominals."""
@@ -71,13 +64,13 @@ class TouchedSurface:
         """
         balls = T_nominal_from_world.apply(self.tips)
         geometry = self.geometry
-        if self.nominal.shape is Shape.LINE:
+        if self.nominal.shape is shapes.Shape.LINE:
             geometry = geometry.copy()
-            along = geometry[DIRECTION]
+            along = geometry[shapes.DIRECTION]
             seen = T_nominal_from_world.rotation @ self.direction
             beside = seen - (seen @ along) * along
             length = float(np.linalg.norm(beside))
-            geometry[DIRECTION] = beside / length if length > _BESIDE else seen
+            geometry[shapes.DIRECTION] = beside / length if length > _BESIDE else seen
         distances, normals = nominal_distances(self.nominal.shape, geometry, balls)
         inner = self.nominal.shape.spec.is_curved and self.nominal.side == "inner"
         sign = -1.0 if inner else 1.0
@@ -122,7 +115,7 @@ def surfaces_of(
             continue
         direction = touches.directions.mean(axis=0)
         direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
-        if feature.fit.shape is Shape.PLANE:
+        if feature.fit.shape is shapes.Shape.PLANE:
             direction = feature.fit.direction
         found.append(
             TouchedSurface(
@@ -138,10 +131,10 @@ def surfaces_of(
     return tuple(found)
 
 
-def _geometry(nominal: NominalFeature) -> Float:
-    geometry = nominal_geometry(nominal)
-    if nominal.shape is Shape.POINT:
-        geometry[DIRECTION] = unit(np.array(nominal.direction))
+def _geometry(nominal: shapes.NominalFeature) -> Float:
+    geometry = shapes.nominal_geometry(nominal)
+    if nominal.shape is shapes.Shape.POINT:
+        geometry[shapes.DIRECTION] = unit(np.array(nominal.direction))
     return geometry
 
 
@@ -247,8 +240,6 @@ class Suspects:
     numbers: tuple[int, ...]
     off: tuple[float, ...]
     """mm, in the same order: distance out of the material shown by the others."""
-    probability: float
-    """Probability of such points on a good feature."""
     together: bool
     """They are neighbours."""
 
@@ -269,7 +260,7 @@ def suspects_of(
     """
     touches = feature.touches
     fit = _least_squares(feature)
-    if fit is None or touches is None or fit.shape is Shape.POINT:
+    if fit is None or touches is None or fit.shape is shapes.Shape.POINT:
         return None
     tips, residuals = touches.tips, fit.residuals
     n = len(tips)
@@ -282,7 +273,7 @@ def suspects_of(
     squares = float(residuals @ residuals)
     near = _neighbours(tips)
     chosen: tuple[int, ...] = ()
-    gained, probability = 0.0, 1.0
+    gained = 0.0
     for size in range(1, most + 1):
         groups = _groups(n, size, near)
         if not groups:
@@ -297,7 +288,7 @@ def suspects_of(
         ratio = max(loss - gained, 0.0) / more / scatter
         chance = float(scipy.special.fdtrc(more, degrees, ratio)) * len(groups)
         if chance < FALSE_ALARM:
-            chosen, gained, probability = best, loss, min(chance, 1.0)
+            chosen, gained = best, loss
     if not chosen:
         return None
     rows = list(chosen)
@@ -311,15 +302,14 @@ def suspects_of(
         feature.nominal.name,
         tuple(feature.numbers[row] for row in rows),
         tuple(float(value) for value in signed),
-        probability,
         together,
     )
 
 
-def _least_squares(feature: ActualFeature) -> Fit | None:
+def _least_squares(feature: ActualFeature) -> shapes.Fit | None:
     if feature.raw is None or feature.touches is None:
         return None
-    if feature.raw.criterion is Criterion.LEAST_SQUARES:
+    if feature.raw.criterion is shapes.Criterion.LEAST_SQUARES:
         return feature.raw
     try:
         fit = fit_shape(

@@ -20,12 +20,11 @@ if TYPE_CHECKING:
         measured_frame,
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._guidance import (
-        FAR_MM, Whereabouts, aligned_nominals, cue, nearness, place_of_nominals, places_of,
-        targets_of, whereabouts,
+        FAR_MM, Whereabouts, cue, nearness, place_of_nominals, places_of, targets_of, whereabouts,
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._job_messages import (
-        INCOMPLETE, NOISY_LINE, NO_REAL_PART, PARTIAL_PLAN, SIMULATED, SIMULATED_LINE,
-        UNPROVEN_CAMERAS, job_states, limit_words, part_line, state_lines,
+        INCOMPLETE, NOISY_LINE, NO_REAL_PART, PARTIAL_PLAN, SIMULATED, SIMULATED_LINE, job_states,
+        limit_words, part_line, state_lines,
     )  # fmt: skip
     from ocmm_core.inspection.evaluation._options import (
         FOR_COMPARISON, LIMITS_EVENT, SessionOptions, limits_text, methods_used, with_stored_limits,
@@ -52,15 +51,14 @@ else:
 __all__ = [
     "FAR_MM", "FOR_COMPARISON", "INCOMPLETE", "LIMITS_EVENT", "NOISY_LINE", "NO_REAL_PART",
     "PARTIAL_PLAN", "PAUSED", "REMOVE", "RESUMED", "SIMULATED", "SIMULATED_LINE", "STANDING_EVENT",
-    "UNPROVEN_CAMERAS", "Coverage", "DeletedPoint", "EvaluatedJob", "EvaluationCache",
-    "FeatureState", "FeatureView", "HoldReason", "JobHeader", "JobResults", "JobStatus",
-    "JobUncertainty", "JobView", "LiveView", "PlannedFeature", "Probing", "Progress",
-    "ReferenceView", "SessionOptions", "StatusWord", "Target", "Whereabouts", "WrittenProgress",
-    "aligned_nominals", "alignment_of_points", "checked_features", "commanding", "coverage_of",
-    "cue", "evaluate_job", "evaluated_job", "event_text", "frame_covariance", "frame_of",
-    "held_back", "held_below", "job_states", "job_uncertainty", "limit_words", "limits_text",
-    "measured_frame", "methods_used", "nearness", "notes_of", "notes_on", "open_plan", "outliers",
-    "part_line", "place_of_nominals", "places_of", "probe_state", "progress_from", "progress_of",
-    "state_lines", "surface_covariances", "targets_of", "uncertainty_of", "whereabouts",
-    "with_stored_limits", "withdrawn",
+    "Coverage", "DeletedPoint", "EvaluatedJob", "EvaluationCache", "FeatureState", "FeatureView",
+    "HoldReason", "JobHeader", "JobResults", "JobStatus", "JobUncertainty", "JobView", "LiveView",
+    "PlannedFeature", "Probing", "Progress", "ReferenceView", "SessionOptions", "StatusWord",
+    "Target", "Whereabouts", "WrittenProgress", "alignment_of_points", "checked_features",
+    "commanding", "coverage_of", "cue", "evaluate_job", "evaluated_job", "event_text",
+    "frame_covariance", "frame_of", "held_back", "held_below", "job_states", "job_uncertainty",
+    "limit_words", "limits_text", "measured_frame", "methods_used", "nearness", "notes_of",
+    "notes_on", "open_plan", "outliers", "part_line", "place_of_nominals", "places_of",
+    "probe_state", "progress_from", "progress_of", "state_lines", "surface_covariances",
+    "targets_of", "uncertainty_of", "whereabouts", "with_stored_limits", "withdrawn",
 ]  # fmt: skip

@@ -39,17 +39,14 @@ NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
 
 def _spread(count: int) -> Float:
     """Return ``count`` places from -0.5 to 0.5, away from the ends."""
-    spread: Float = np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
-    return spread
+    return np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
 
 
 def across_of(nominal: NominalFeature) -> Float:
     """Return the direction of the length, (3,), unit, perpendicular to that of the feature."""
     axis = unit(np.array(nominal.direction))
     across = np.array(nominal.across) - (axis @ np.array(nominal.across)) * axis
-    if float(np.linalg.norm(across)) < 1e-6:
-        return perpendicular_pair(axis)[0]
-    return unit(across)
+    return perpendicular_pair(axis)[0] if float(np.linalg.norm(across)) < 1e-6 else unit(across)
 
 
 def at_point(
@@ -92,13 +89,11 @@ def on_plane(
 
 
 def _turns(count: int, offset: float = 0.0) -> Float:
-    turns: Float = 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
-    return turns
+    return 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
 
 
 def _radial(first: Float, second: Float, turns: Float) -> Float:
-    radial: Float = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
-    return radial
+    return np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
 
 
 def around_axis(
@@ -339,8 +334,7 @@ def _plane(
         beside = np.cross(unit(np.array(nominal.direction)), along)
         flat = np.stack([local @ along / nominal.length, local @ beside / nominal.width], axis=1)
     else:
-        axes = np.linalg.svd(arms, full_matrices=False)[2][:2]
-        flat = arms @ axes.T
+        flat = arms @ np.linalg.svd(arms, full_matrices=False)[2][:2].T
         low, high = flat.min(axis=0), flat.max(axis=0)
         flat = (flat - 0.5 * (low + high)) / np.maximum(high - low, 1e-9)
     places = np.clip(((flat + 0.5) * sides).astype(int), 0, sides - 1)

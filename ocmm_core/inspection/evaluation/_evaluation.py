@@ -12,14 +12,8 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints, measured_of
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.evaluation import _job_graph as job_graph
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
-from ocmm_core.inspection.evaluation._job_graph import (
-    Below,
-    FeatureGraph,
-    Found,
-    PointsByFeature,
-    part_frame_of,
-)
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import REMOVE, notes_on, with_doubt
 from ocmm_core.inspection.plan import Plan
@@ -59,16 +53,16 @@ class Record:
 class ValueGraph:
     """Values of a job. `rig`, `body`: Cameras and probe of the points."""
 
-    def __init__(self, graph: FeatureGraph, rig: Rig, body: ProbeBody) -> None:
+    def __init__(self, graph: job_graph.FeatureGraph, rig: Rig, body: ProbeBody) -> None:
         self._graph, self._rig, self._body = graph, rig, body
         self._cache = graph.cache
         self._roots: dict[tuple[tuple[int, ...], bytes], Float] = {}
 
     def results(
         self,
-        touched: PointsByFeature,
+        touched: job_graph.PointsByFeature,
         sensitivities: Mapping[str, Sequence[TipSensitivity]],
-        actual: Found,
+        actual: job_graph.Found,
     ) -> Mapping[str, CharacteristicResult]:
         """Return a result for every characteristic of the plan, by name.
 
@@ -95,7 +89,7 @@ class ValueGraph:
         )  # fmt: skip
 
     def _factors(
-        self, name: str, touched: PointsByFeature, sensitivities: Sequence[TipSensitivity]
+        self, name: str, touched: job_graph.PointsByFeature, sensitivities: Sequence[TipSensitivity]
     ) -> PointFactors:
         points, options, bound = touched.points[name], self._graph.options, self._graph.facts.bound
         numbers = touched.places[name]
@@ -247,7 +241,7 @@ def evaluate_job(
     ``sensitivities`` in the order of the points; ``cache`` of earlier evaluations of the same job.
     """
     cache = cache or EvaluationCache()
-    graph = FeatureGraph(plan, options, cache)
+    graph = job_graph.FeatureGraph(plan, options, cache)
     noise, rig = noise_of_job(points, rig, body, cache)
     touched = graph.touched(points)
     actual = graph.features(touched)
@@ -287,7 +281,7 @@ def noise_of_job(
 class _Probed:
     """Progress of the features of a job."""
 
-    below: Below
+    below: job_graph.Below
     done: frozenset[str]
     skipped: frozenset[str]
     touched: Iterable[str]
@@ -327,15 +321,15 @@ def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature of a plan, or why unknown; rows of jacobians are points by index."""
-    touched = PointsByFeature.group(points, range(len(points)))
-    return FeatureGraph(plan, options, EvaluationCache()).features(touched)
+    touched = job_graph.PointsByFeature.group(points, range(len(points)))
+    return job_graph.FeatureGraph(plan, options, EvaluationCache()).features(touched)
 
 
 def measured_frame(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions, cache: EvaluationCache
 ) -> RigidTransform | None:
     """Return the part frame of stored points, using the cache."""
-    graph = FeatureGraph(plan, options, cache)
+    graph = job_graph.FeatureGraph(plan, options, cache)
     return graph.frame(graph.features(graph.touched(points)))
 
 
@@ -343,12 +337,12 @@ def alignment_of(
     plan: Plan, actual: Mapping[str, ActualFeature | FitError]
 ) -> BoundAlignment | None:
     """Return the alignment for results, bound to nominals; senses are open until measured."""
-    return FeatureGraph(plan, SessionOptions(), EvaluationCache()).alignment(actual)
+    return job_graph.FeatureGraph(plan, SessionOptions(), EvaluationCache()).alignment(actual)
 
 
 def frame_of(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
     """Return the part frame, or None while its datums are not measured."""
-    return part_frame_of(plan.bound_alignment, actual)
+    return job_graph.part_frame_of(plan.bound_alignment, actual)
 
 
 def alignment_of_points(

@@ -67,8 +67,7 @@ def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> S
     texts = [event.text for event in events if event.kind == LIMITS_EVENT]
     if not texts:
         return options
-    written = _read(texts[-1])
-    fields = msgspec.structs.asdict(written)
+    fields = msgspec.structs.asdict(_read(texts[-1]))
     max_form, method = fields.pop("max_form"), fields.pop("method")
     return replace(options, point=PointOptions(**fields), max_form=max_form, method=method)
 

@@ -18,12 +18,7 @@ import numpy as np
 
 from ocmm_core.documents import shortened
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import (
-    ActualFeature,
-    CommandingPoints,
-    commanding_touches,
-    fit_shape,
-)
+from ocmm_core.features import measured
 from ocmm_core.features.measured import outliers as outlier_rows
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import DIRECTION, Criterion, NominalFeature
@@ -42,21 +37,21 @@ USUAL_MM: tuple[float, ...] = tuple(0.015 * 2.0 ** (0.5 * k) for k in range(33))
 their touches, on which no search of this feature shall wait."""
 
 
-def outliers(feature: ActualFeature) -> tuple[int, ...]:
+def outliers(feature: measured.ActualFeature) -> tuple[int, ...]:
     """Return the numbers of contradicted points, for flags only; see `features.outliers`."""
     if feature.raw is None or feature.touches is None:
         return ()
     fit, tips = feature.raw, feature.touches.tips
     if fit.criterion is not Criterion.LEAST_SQUARES:
         try:
-            fit = unambiguous(fit_shape(fit.shape, tips, direction_hint=fit.direction))
+            fit = unambiguous(measured.fit_shape(fit.shape, tips, direction_hint=fit.direction))
         except FitError:
             return ()
     rows = outlier_rows(fit, tips, smallest=SMALLEST_MM)
     return tuple(feature.numbers[row] for row in rows)
 
 
-_Found = ActualFeature | FitError
+_Found = measured.ActualFeature | FitError
 
 
 def scatter_of(one: _Found) -> float | None:
@@ -70,7 +65,7 @@ def is_examined(
     nominal: NominalFeature, scatters: Mapping[str, float], plane: _Found | None
 ) -> bool:
     """Return whether a feature may have commanding points: large rms, or no fit."""
-    if nominal.projection and not isinstance(plane, ActualFeature):
+    if nominal.projection and not isinstance(plane, measured.ActualFeature):
         return False
     # Otherwise nothing to refit, and independent of all other features.
     return scatters.get(nominal.name, np.inf) > SMALLEST_MM
@@ -98,8 +93,8 @@ class UsualScatter:
 def commanding(
     nominal: NominalFeature,
     points: Sequence[MeasuredPoint],
-    actual: Mapping[str, ActualFeature | FitError],
-) -> CommandingPoints | None:
+    actual: Mapping[str, measured.ActualFeature | FitError],
+) -> measured.CommandingPoints | None:
     """Return the points of a probed feature that command its fit, or prevent it; or None.
 
     ``actual``, all features: the plane it is projected onto, and the scatter to be expected.
@@ -114,10 +109,10 @@ def commanding(
 
 def commanding_among(
     nominal: NominalFeature, points: Sequence[MeasuredPoint], plane: _Found | None, usual: float
-) -> CommandingPoints | None:
+) -> measured.CommandingPoints | None:
     """Return the commanding points of a feature that `is_examined`, for a ``usual`` scatter."""
-    normal = plane.fit.geometry[DIRECTION] if isinstance(plane, ActualFeature) else None
-    return commanding_touches(nominal, points, normal, usual, SMALLEST_MM)
+    normal = plane.fit.geometry[DIRECTION] if isinstance(plane, measured.ActualFeature) else None
+    return measured.commanding_touches(nominal, points, normal, usual, SMALLEST_MM)
 
 
 _NUMBERS = re.compile(r"[0-9]{1,10}(,[0-9]{1,10})*")

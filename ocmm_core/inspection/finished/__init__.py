@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         require_new_serial,
     )  # fmt: skip
     from ocmm_core.inspection.finished._compare import (
-        Comparison, PartValue, Trend, compare_files, compare_folder, compare_jobs, why_not_counted,
+        Comparison, PartValue, Trend, compare_files, compare_folder, why_not_counted,
     )  # fmt: skip
     from ocmm_core.inspection.finished._later_findings import (
         CameraHistory, ask_tip, is_known, last_good_utc, points_in_doubt, settle_cameras,
@@ -40,8 +40,8 @@ __all__ = [
     "SCHEMA", "SUFFIX", "BatchPart", "CameraHistory", "Comparison", "KnownOfJob", "LastJob",
     "Outcome", "PartValue", "RecallRecord", "RecalledCharacteristic", "RecalledJob",
     "RecalledValue", "ReopenedJob", "StoredDocuments", "Tell", "Trend", "ask_tip", "compare_files",
-    "compare_folder", "compare_jobs", "first_stored", "first_taken", "is_known", "known_alone",
-    "known_here", "last_good_utc", "last_jobs", "next_serial", "parts_of_batch", "points_digest",
+    "compare_folder", "first_stored", "first_taken", "is_known", "known_alone", "known_here",
+    "last_good_utc", "last_jobs", "next_serial", "parts_of_batch", "points_digest",
     "points_in_doubt", "previous_part_pose", "reopen", "reopen_alone", "reopen_content",
     "reopen_job", "require_new_serial", "settle_cameras", "settle_tip", "why_not_counted",
 ]  # fmt: skip

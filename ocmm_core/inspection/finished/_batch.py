@@ -53,13 +53,7 @@ class LastJob:
         return 0 < self.features <= self.finished
 
 
-def last_jobs(
-    folder: Path,
-    also: Iterable[Path] = (),
-    *,
-    most: int = 20,
-    stopped: Callable[[], bool] = lambda: False,
-) -> tuple[LastJob, ...]:
+def last_jobs(folder: Path, also: Iterable[Path] = (), *, most: int = 20) -> tuple[LastJob, ...]:
     """Return the most recently changed jobs of a folder and of ``also``, newest first.
 
     At most ``most`` files are opened. Damaged files are listed with their fault.
@@ -70,7 +64,7 @@ def last_jobs(
         with contextlib.suppress(OSError, ValueError):
             found[path.absolute()] = path.stat().st_mtime
     newest = sorted(found, key=lambda path: found[path], reverse=True)[:most]
-    return tuple(_read_job(path, found[path]) for path in newest if not stopped())
+    return tuple(_read_job(path, found[path]) for path in newest)
 
 
 def _in_folder(folder: Path) -> list[Path]:
@@ -88,8 +82,7 @@ def _in_folder(folder: Path) -> list[Path]:
 
 def _read_job(path: Path, changed_s: float) -> LastJob:
     try:
-        seen = read_summary(path)
-        return _job(path, changed_s, seen)
+        return _job(path, changed_s, read_summary(path))
     except OcmmError as fault:
         return LastJob(path, changed_s=changed_s, fault=fault)
 

@@ -124,18 +124,8 @@ def compare_files(
     )
 
 
-def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
-    """Compare open jobs of one plan, characteristic by characteristic; for scripts and tests.
-
-    Values with suspect points or from an uncalibrated machine are shown but not counted, nor are
-    simulated values in a comparison with real ones. InputError if there are fewer than two jobs,
-    they are of different plans, or two are the same job.
-    """
-    return trends_of([_part_job(job) for job in jobs])
-
-
 def _read_content(path: Path, file: bytes, known: bytes) -> PartJob:
-    return _part_job(reopen_content(path, file, known_from(known)))
+    return part_job(reopen_content(path, file, known_from(known)))
 
 
 def _read_all(
@@ -171,10 +161,11 @@ def _read_all(
 
 
 def _read(path: Path, probes: Path | None, calibrations: Path | None) -> PartJob:
-    return _part_job(reopen_job(path, probes, calibrations=calibrations))
+    return part_job(reopen_job(path, probes, calibrations=calibrations))
 
 
-def _part_job(job: ReopenedJob) -> PartJob:
+def part_job(job: ReopenedJob) -> PartJob:
+    """Return the values of a job; those that do not count with the reason."""
     values = []
     for result in job.view.characteristics:
         why, stated = why_not_counted(job, result), result.stated
@@ -204,9 +195,7 @@ def why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
         return job.view.unproven
     if result.stated is None:
         return result.note or "Not measured."
-    if held_below(result, job.plan, job.view):
-        return result.note
-    return ""
+    return result.note if held_below(result, job.plan, job.view) else ""
 
 
 _ROOM = 1.12

@@ -19,20 +19,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.calibration.probe_design import ContactForce
+from ocmm_core import storage
 from ocmm_core.calibration.records import CalibrationStore, default_folder, default_probe_folder
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
-from ocmm_core.inspection.finished._later_findings import (
-    CameraHistory,
-    TipHistory,
-    ask_cameras,
-    ask_tip,
-    settle_by_calibration,
-    settle_by_history,
-)
+from ocmm_core.inspection.finished import _later_findings as later_findings
 from ocmm_core.inspection.finished._points_in_doubt import History
 from ocmm_core.inspection.finished._stored_documents import StoredDocuments, about
 from ocmm_core.inspection.plan import Plan
@@ -40,17 +33,6 @@ from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
 from ocmm_core.named_file import FileIdentity
 from ocmm_core.seals import KeyFolder, SealWord
-from ocmm_core.storage import (
-    ADOPTED,
-    CLOCK,
-    LEFT_OUT,
-    RESCUED,
-    JobEvent,
-    JobFile,
-    JobHead,
-    JobSeal,
-    held_sentences,
-)
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -59,22 +41,22 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 class KnownOfJob:
     """Knowledge about a job outside its file."""
 
-    seal: JobSeal
+    seal: storage.JobSeal
     """Its known end, its signer by the trusted keys, and missing steps."""
-    cameras: CameraHistory = field(default_factory=CameraHistory)
-    tip: TipHistory = field(default_factory=TipHistory)
+    cameras: later_findings.CameraHistory = field(default_factory=later_findings.CameraHistory)
+    tip: later_findings.TipHistory = field(default_factory=later_findings.TipHistory)
     """`cameras`, `tip`: Later findings."""
     held: tuple[str, ...] = ()
     """Reasons why the archive of the shop holds the job."""
     left_out: str = ""
 
 
-def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
+def known_alone(job: storage.JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
     """Return the knowledge by its file and the trusted keys alone."""
     return KnownOfJob(replace(job.seal(keys), missing=""), left_out=job.left_out)
 
 
-def known_by_file(job: JobFile) -> KnownOfJob:
+def known_by_file(job: storage.JobFile) -> KnownOfJob:
     """Return the knowledge common to all computers: a valid signature counts with any key."""
     seal = replace(job.seal(), missing="")
     if seal.state.word is SealWord.UNKNOWN_KEY:
@@ -83,7 +65,7 @@ def known_by_file(job: JobFile) -> KnownOfJob:
 
 
 def known_here(
-    job: JobFile,
+    job: storage.JobFile,
     path: Path,
     probes: Path | None,
     calibrations: Path | None,
@@ -98,9 +80,11 @@ def known_here(
     seal = job.seal(keys)
     known = KnownOfJob(
         seal,
-        ask_cameras(job, stored.camera_record(), calibrations or default_folder(), store),
-        ask_tip(stored.probe_records(), probes or default_probe_folder()),
-        held_sentences(job.head.job_uuid),
+        later_findings.ask_cameras(
+            job, stored.camera_record(), calibrations or default_folder(), store
+        ),
+        later_findings.ask_tip(stored.probe_records(), probes or default_probe_folder()),
+        storage.held_sentences(job.head.job_uuid),
         job.left_out,
     )
     job.note_seen(path, seal)
@@ -112,7 +96,7 @@ def content_and_known(
 ) -> tuple[bytes, bytes]:
     """Return a job's bytes and the knowledge to open it elsewhere; OcmmError if unreadable."""
     try:
-        with JobFile.read(path) as job:
+        with storage.JobFile.read(path) as job:
             known = known_here(job, path, probes, calibrations)
             return job.content(), msgspec.json.encode(known)
     except OcmmError as error:
@@ -137,7 +121,7 @@ class ReopenedJob:
     """A job by its own file; the file is closed again."""
 
     path: Path
-    head: JobHead
+    head: storage.JobHead
     """Metadata and all documents of the job."""
     plan: Plan
     rig: Rig
@@ -155,14 +139,14 @@ class ReopenedJob:
     """Per point, recalculated from its raw spots."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...]
     """Annulled points as stored, and why."""
-    events: tuple[JobEvent, ...]
+    events: tuple[storage.JobEvent, ...]
     taken_utc: dict[int, str]
     """`events`, `taken_utc`: Events; time of storage per point, also of annulled ones."""
     faults: tuple[str, ...]
     """Disagreements of the file with its own audit, a sentence each."""
     differences: tuple[str, ...]
     """Points that differ from the stored ones, a sentence each."""
-    seal: JobSeal
+    seal: storage.JobSeal
     """End of the job's chain, and its signer."""
     history: History = field(default_factory=History)
     """Findings of the probe's history on this computer."""
@@ -187,11 +171,6 @@ class ReopenedJob:
         return self.options.climate
 
     @property
-    def contact(self) -> ContactForce | None:
-        """Return the effect of the probing force; None if the design of the probe is unknown."""
-        return self.options.contact
-
-    @property
     def doubts(self) -> tuple[str, ...]:
         """Return all findings against the job, in sentences."""
         tip = (*self.history.unread, *self.history.against)
@@ -201,7 +180,7 @@ class ReopenedJob:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return remarks that are no findings against the job, in sentences."""
-        kinds = (ADOPTED, CLOCK, LEFT_OUT, RESCUED)
+        kinds = (storage.ADOPTED, storage.CLOCK, storage.LEFT_OUT, storage.RESCUED)
         told = (event.text for event in self.events if event.kind in kinds)
         return (*told, *self.renamed, *filter(None, (self.left_out, self.cameras.absent)))
 
@@ -221,33 +200,28 @@ def reopen_job(
     calibrations: Path | None = None,
     *,
     alone: bool = False,
-    known: KnownOfJob | None = None,
 ) -> ReopenedJob:
     """Open a job read-only and recalculate everything in it.
 
     ``probes``, ``calibrations``: folders of histories, None for those of this user. ``alone``:
-    without histories and this computer's memory of its end. ``known``: of another computer
-    (`known_here`); nothing is looked up here. StorageError: the file is missing, no job file, newer
-    than this program, damaged or unreadable. InputError: a document in it cannot be used.
-    OcmmError: the points do not belong to its documents.
+    without histories and this computer's memory of its end. StorageError: the file is missing, no
+    job file, newer than this program, damaged or unreadable. InputError: a document in it cannot be
+    used. OcmmError: the points do not belong to its documents.
     """
     path = Path(path)
     tell("Copying the job", 0.0)
-    with JobFile.read(path) as job, _told_of(path):
-        if known is None and alone:
-            known = known_alone(job)
-        elif known is None:
-            known = known_here(job, path, probes, calibrations)
+    with storage.JobFile.read(path) as job, _told_of(path):
+        known = known_alone(job) if alone else known_here(job, path, probes, calibrations)
         return _reopened(path, job, known, tell)
 
 
 def reopen_content(path: Path, file: bytes, known: KnownOfJob) -> ReopenedJob:
     """Return the job in the bytes of a file; errors as of `reopen_job`."""
-    with JobFile.in_memory(path, file) as job, _told_of(path):
+    with storage.JobFile.in_memory(path, file) as job, _told_of(path):
         return _reopened(path, job, known, lambda what, share: None)
 
 
-def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
+def reopen_alone(path: Path, job: storage.JobFile) -> ReopenedJob:
     """Return an open job by its file alone, called ``path``: identical on every computer.
 
     A valid signature counts with any key. Readers decide which keys they trust.
@@ -264,7 +238,7 @@ def _told_of(path: Path) -> Iterator[None]:
         raise about(error, path) from error
 
 
-def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> ReopenedJob:
+def _reopened(path: Path, job: storage.JobFile, known: KnownOfJob, tell: Tell) -> ReopenedJob:
     tell("Reading the documents", 0.05)
     head, events = job.head, job.events()
     stored = StoredDocuments(path, head)
@@ -278,8 +252,8 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
     tell("Checking the audit of the file", 0.5)
     session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
     faults = tuple(job.verify(known.seal))
-    history = settle_by_history(session, job, known.tip)
-    cameras = settle_by_calibration(session, job, known.cameras)
+    history = later_findings.settle_by_history(session, job, known.tip)
+    cameras = later_findings.settle_by_calibration(session, job, known.cameras)
     tell("Comparing with the stored results", 0.6)
     anew = [[one.tip_world] for one in sensitivities]
     if "thesis" in methods_used(events):

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
         remove_item, replace_item, taught_plan, usual_points, with_alignment, with_head,
     )  # fmt: skip
     from ocmm_core.inspection.plan._environment import (
-        ENVIRONMENT_EVENT, EnvironmentLimits, NotedRoom, environment_doubt, environment_words,
-        note_room_in, noted_rooms,
+        EnvironmentLimits, NotedRoom, environment_doubt, environment_words, note_room_in,
+        noted_rooms,
     )  # fmt: skip
     from ocmm_core.inspection.plan._file import (
-        RELEASE_EVENT, PlanSummary, list_plans, note_release, plan_card, plan_release,
-        release_in_job, release_plan, require_released, save_plan, stored_plan,
+        PlanSummary, list_plans, note_release, plan_card, plan_release, release_in_job,
+        release_plan, require_released, save_plan, stored_plan,
     )  # fmt: skip
     from ocmm_core.inspection.plan._file_beside import (
         PartOfPlan, carry_model, carry_pictures, part_of_plan, with_model, with_picture,
-        without_file, without_model,
+        without_file,
     )  # fmt: skip
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._plan import (
@@ -46,16 +46,16 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "EDITED", "ENVIRONMENT_EVENT", "HEAD_FIELDS", "MAX_EXPANSION_PPM", "RELEASE_EVENT",
-    "USUAL_BALL_RADIUS", "CadModel", "EnvironmentLimits", "FeatureTable", "Material", "NotedRoom",
-    "PartOfPlan", "Plan", "PlanFinding", "PlanSource", "PlanSummary", "Requirement",
-    "RequirementState", "add_characteristic", "add_construction", "add_feature", "carry_model",
-    "carry_pictures", "check_plan", "climate_for", "environment_doubt", "environment_words",
-    "feature_table", "list_plans", "load_plan", "material_expansion", "move_item", "new_plan",
-    "note_release", "note_room_in", "noted_rooms", "part_of_plan", "plan_card", "plan_findings",
-    "plan_release", "read_plan", "release_in_job", "release_plan", "remove_item", "replace_item",
+    "EDITED", "HEAD_FIELDS", "MAX_EXPANSION_PPM", "USUAL_BALL_RADIUS", "CadModel",
+    "EnvironmentLimits", "FeatureTable", "Material", "NotedRoom", "PartOfPlan", "Plan",
+    "PlanFinding", "PlanSource", "PlanSummary", "Requirement", "RequirementState",
+    "add_characteristic", "add_construction", "add_feature", "carry_model", "carry_pictures",
+    "check_plan", "climate_for", "environment_doubt", "environment_words", "feature_table",
+    "list_plans", "load_plan", "material_expansion", "move_item", "new_plan", "note_release",
+    "note_room_in", "noted_rooms", "part_of_plan", "plan_card", "plan_findings", "plan_release",
+    "read_plan", "release_in_job", "release_plan", "remove_item", "replace_item",
     "require_consistent", "require_released", "requirement_count", "requirement_states",
     "save_plan", "source_of", "step_fault", "stored_plan", "surface_profile", "taught_plan",
     "usual_points", "with_alignment", "with_head", "with_model", "with_model_fit", "with_picture",
-    "with_profiles", "with_requirements", "without_file", "without_model",
+    "with_profiles", "with_requirements", "without_file",
 ]  # fmt: skip

@@ -12,16 +12,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from ocmm_core.ambient import (
-    HUMIDITY,
-    PRESSURE,
-    QUANTITIES,
-    ROOM,
-    Quantity,
-    Reading,
-    TypedRoom,
-    reading_of,
-)
+from ocmm_core import ambient
 from ocmm_core.errors import InputError
 from ocmm_core.storage import JobEvent, JobFile, event_value
 
@@ -38,12 +29,12 @@ class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 _DEMANDS = (
-    ("temperature_c", ROOM, "room temperature"),
-    ("humidity_percent", HUMIDITY, "relative humidity"),
-    ("pressure_hpa", PRESSURE, "air pressure"),
+    ("temperature_c", ambient.ROOM, "room temperature"),
+    ("humidity_percent", ambient.HUMIDITY, "relative humidity"),
+    ("pressure_hpa", ambient.PRESSURE, "air pressure"),
 )
 """Fields of `EnvironmentLimits`, their quantities, and their names in sentences."""
-_WORDS = {ROOM: "Room", HUMIDITY: "Humidity", PRESSURE: "Air pressure"}
+_WORDS = {ambient.ROOM: "Room", ambient.HUMIDITY: "Humidity", ambient.PRESSURE: "Air pressure"}
 
 
 class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -68,8 +59,8 @@ class _Reading:
     """A reading of one quantity, and the ones it supersedes: repeated without a point between."""
 
     noted: NotedRoom
-    reading: Reading
-    before: tuple[Reading, ...]
+    reading: ambient.Reading
+    before: tuple[ambient.Reading, ...]
 
 
 def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
@@ -89,7 +80,9 @@ def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
     return None
 
 
-def noted_text(points: int, next_point: int, typed: TypedRoom, who: str, doubt: str = "") -> str:
+def noted_text(
+    points: int, next_point: int, typed: ambient.TypedRoom, who: str, doubt: str = ""
+) -> str:
     """Return the text of the event; InputError if empty or a value is implausible."""
     typed.check()
     if typed.empty and not doubt:
@@ -110,7 +103,7 @@ def noted_text(points: int, next_point: int, typed: TypedRoom, who: str, doubt: 
     return msgspec.json.encode(noted).decode()
 
 
-def note_room_in(job: JobFile, typed: TypedRoom, who: str = "", doubt: str = "") -> None:
+def note_room_in(job: JobFile, typed: ambient.TypedRoom, who: str = "", doubt: str = "") -> None:
     """Store current ambient readings in an open job.
 
     Raises
@@ -132,8 +125,8 @@ def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
         if one.kind == ENVIRONMENT_EVENT
     )
     for noted in found:
-        for one in QUANTITIES:
-            reading_of(one, getattr(noted, one.field))
+        for one in ambient.QUANTITIES:
+            ambient.reading_of(one, getattr(noted, one.field))
     return found
 
 
@@ -195,15 +188,15 @@ def environment_words(noted: Sequence[NotedRoom], last_point: int) -> tuple[tupl
     return (
         *(
             (one.field, sentence)
-            for one in QUANTITIES
+            for one in ambient.QUANTITIES
             for item in _readings_of(one, noted)
             for sentence in _sentences(one, item, last_point)
         ),
-        *((ROOM.field, doubt) for doubt in doubts),
+        *((ambient.ROOM.field, doubt) for doubt in doubts),
     )
 
 
-def _sentences(one: Quantity, item: _Reading, last_point: int) -> Iterator[str]:
+def _sentences(one: ambient.Quantity, item: _Reading, last_point: int) -> Iterator[str]:
     word, reading = _WORDS[one], item.reading.words
     if item.noted.points == 0:
         yield f"{word} {reading} at the begin."
@@ -219,14 +212,14 @@ def _at_end(noted: NotedRoom, last_point: int) -> bool:
     return noted.points > 0 and noted.next_point > last_point
 
 
-def _readings_of(one: Quantity, noted: Sequence[NotedRoom]) -> list[_Reading]:
+def _readings_of(one: ambient.Quantity, noted: Sequence[NotedRoom]) -> list[_Reading]:
     """Return the readings of a quantity; a repeated one without a point between includes both."""
     found: list[_Reading] = []
     for item in noted:
-        reading = reading_of(one, getattr(item, one.field))
+        reading = ambient.reading_of(one, getattr(item, one.field))
         if reading is None:
             continue
-        before: tuple[Reading, ...] = ()
+        before: tuple[ambient.Reading, ...] = ()
         if found and (found[-1].noted.next_point, found[-1].noted.points) == (
             item.next_point,
             item.points,

@@ -113,8 +113,7 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
             "plan.no_step", "Only probed features can have a picture.", "Select the feature first."
         )
     content = _content(source)
-    folder = plan_file.absolute().parent
-    name = _PICTURE.kept(source, content, folder)
+    name = _PICTURE.kept(source, content, plan_file.absolute().parent)
     return replace_item(plan, feature, msgspec.structs.replace(plan.features[index], picture=name))
 
 
@@ -281,11 +280,6 @@ def _copied(files: part_model.FilesOfModel, folder: Path, stem: str) -> Path:
         return files.copied(folder, stem)
     except OSError as error:
         raise _MODEL.not_written(folder, error) from error
-
-
-def without_model(plan: Plan) -> Plan:
-    """Return the plan without a CAD model; its file is kept."""
-    return msgspec.structs.replace(plan, model=None)
 
 
 def carry_model(plan: Plan, old: Path, new: Path) -> None:

@@ -43,10 +43,6 @@ class Misfit:
     alike: float
     """Mean number of spots that share one error (>= 1): divides the number of observations."""
 
-    @property
-    def whole(self) -> float:
-        return float(self.last[0])
-
 
 def misfit_of(
     points: Sequence[MeasuredPoint], rig: Rig, body: tracking.ProbeBody, scale: float = 1.0

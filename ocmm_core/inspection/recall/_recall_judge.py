@@ -78,8 +78,7 @@ def _course(anew: Anew) -> Float:
 
     First: job after the change, last: before it.
     """
-    course: Float = (anew.own_fit.first + anew.later_fit.last) / anew.own_fit.alike
-    return course
+    return (anew.own_fit.first + anew.later_fit.last) / anew.own_fit.alike
 
 
 def _by_itself(anew: Anew, course: Float) -> Cases:

@@ -16,18 +16,7 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import (
-    PAUSED,
-    RESUMED,
-    STANDING_EVENT,
-    EvaluationCache,
-    JobView,
-    Progress,
-    Target,
-    WrittenProgress,
-    progress_from,
-    progress_of,
-)
+from ocmm_core.inspection import evaluation
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import FLIPPED, Change, JobPoints
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
@@ -44,8 +33,8 @@ Way = Literal["did", "undid", "redid"]
 class UndoStep:
     words: str
     change: Change
-    before: Progress
-    after: Progress
+    before: evaluation.Progress
+    after: evaluation.Progress
 
     def undone_by(self, change: Change) -> UndoStep:
         """Return the step of this change of points, which undoes this one."""
@@ -92,8 +81,8 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     words: str
     added: tuple[int, ...]
     removed: tuple[int, ...]
-    before: WrittenProgress
-    after: WrittenProgress | None
+    before: evaluation.WrittenProgress
+    after: evaluation.WrittenProgress | None
     """See `Way` and `UndoStep`; ``after`` is None if the progress is unchanged."""
     next_number: int
     """Of the first point after this step."""
@@ -129,8 +118,8 @@ def deeds_from(
         if event.kind != EVENT:
             continue
         written = event_value(EVENT, event.text, _Written)
-        before = progress_from(written.before, names)
-        after = before if written.after is None else progress_from(written.after, names)
+        before = evaluation.progress_from(written.before, names)
+        after = before if written.after is None else evaluation.progress_from(written.after, names)
         step = UndoStep(written.words, Change(written.added, written.removed), before, after)
         {"did": deeds.did, "undid": deeds.undid, "redid": deeds.redid}[written.way](step)
         counts |= dict.fromkeys(written.removed, False) | dict.fromkeys(written.added, True)
@@ -148,7 +137,7 @@ class StepLog:
     def __init__(self, plan: Plan, job: JobFile) -> None:
         events = job.events()
         self.points = JobPoints(job)
-        self.progress = progress_of(
+        self.progress = evaluation.progress_of(
             plan, Counter(point.feature for point in self.points.counting), events
         )
         self._deeds = deeds_from(
@@ -171,8 +160,8 @@ class StepLog:
         self,
         points: Sequence[MeasuredPoint],
         sensitivities: Sequence[TipSensitivity],
-        before: Progress,
-        after: Progress,
+        before: evaluation.Progress,
+        after: evaluation.Progress,
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
         """Add the points of a touch or path. `before`, `after`: progress without and with them."""
@@ -195,7 +184,7 @@ class StepLog:
     def do(
         self,
         words: str,
-        after: Progress,
+        after: evaluation.Progress,
         annul: Mapping[int, str] = MappingProxyType({}),
         restore: Sequence[int] = (),
         events: Sequence[tuple[str, str]] = (),
@@ -208,7 +197,7 @@ class StepLog:
         self.points.change(annul, restore, [*events, *self._events_of(step)])
         self._remember(step)
 
-    def stand(self, after: Progress) -> None:
+    def stand(self, after: evaluation.Progress) -> None:
         """Change the progress without an undo step."""
         self.points.change({}, (), self._status_events(after))
         self.progress = after
@@ -234,8 +223,8 @@ class StepLog:
     def _events_of(self, step: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
         return [deed_event(way, step, self.points.next_number()), *self._status_events(step.after)]
 
-    def _status_events(self, after: Progress) -> list[tuple[str, str]]:
-        return [(STANDING_EVENT, after.text)] if after != self.progress else []
+    def _status_events(self, after: evaluation.Progress) -> list[tuple[str, str]]:
+        return [(evaluation.STANDING_EVENT, after.text)] if after != self.progress else []
 
     def _reverse(self, step: UndoStep, word: str, way: Way) -> UndoStep:
         # A replaced point has the same observation as its successor: it must not return twice.
@@ -273,26 +262,30 @@ class JobLedger:
         self.lock = threading.RLock()
         self.log = StepLog(plan, job)
         self.points = self.log.points
-        pauses = [event.kind for event in job.events() if event.kind in (PAUSED, RESUMED)]
-        self.paused = pauses[-1:] == [PAUSED]
+        pauses = [
+            event.kind
+            for event in job.events()
+            if event.kind in (evaluation.PAUSED, evaluation.RESUMED)
+        ]
+        self.paused = pauses[-1:] == [evaluation.PAUSED]
         self.selected = ""
         """Feature selected by the inspector, while active."""
         self.looked_at = ""
         """Feature under review; changes nothing."""
         self.refusal: Refusal | None = None
         """Of the last touch, until a step is carried out."""
-        self.commanded: Target | None = None
+        self.commanded: evaluation.Target | None = None
         """Point that another program asks for; it replaces the targets of the plan."""
-        self.cache = EvaluationCache()
+        self.cache = evaluation.EvaluationCache()
         """Results computed from the points; needs no lock."""
-        self.view: JobView | UnderWay | None = None
+        self.view: evaluation.JobView | UnderWay | None = None
         """The cached view; set to None by every change."""
 
     @property
-    def progress(self) -> Progress:
+    def progress(self) -> evaluation.Progress:
         return self.log.progress
 
-    def stand(self, after: Progress) -> None:
+    def stand(self, after: evaluation.Progress) -> None:
         """Change the progress without an undo step."""
         self.log.stand(after)
         self.view = None
@@ -300,7 +293,7 @@ class JobLedger:
     def did(
         self,
         words: str,
-        after: Progress,
+        after: evaluation.Progress,
         annul: Mapping[int, str] = MappingProxyType({}),
         restore: Sequence[int] = (),
         events: Sequence[tuple[str, str]] = (),
@@ -354,7 +347,7 @@ class JobLedger:
         self.log.add(points, sensitivities, before, after, events)
         self.changed()
 
-    def settled(self, name: str, more: int) -> Progress:
+    def settled(self, name: str, more: int) -> evaluation.Progress:
         """Return the progress after ``more`` points of a feature."""
         if self.points.count(name) + more >= self.plan.feature(name).points:
             return self.progress.finished(name)

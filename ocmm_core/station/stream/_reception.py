@@ -296,8 +296,7 @@ class Reception:
         undecided = [one for one in self._guests if not one.begun and not one.ending]
         if len(undecided) <= MOST_UNDECIDED:
             return
-        computers = Counter(client.address for client in undecided)
-        (most, _), *_ = computers.most_common(1)
+        (most, _), *_ = Counter(client.address for client in undecided).most_common(1)
         self.end(next(one for one in undecided if one.address == most), "too many connections wait")
 
     def joined(self, client: StreamClient) -> None:

@@ -82,9 +82,7 @@ def _limits_fault(item: Characteristic, spec: KindSpec) -> Fault | None:
             return "lower", f"is {item.lower:g}; a {item.kind} tolerance has an upper limit only"
         if not item.upper > 0.0:
             return "upper", f"is {item.upper:g}; a tolerance is greater than zero"
-    if item.upper < item.lower:
-        return "upper", "is below 'lower'"
-    return None
+    return ("upper", "is below 'lower'") if item.upper < item.lower else None
 
 
 def _axis_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:

@@ -156,18 +156,8 @@ def _faces_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     return two_point_fault(asked)
 
 
-def _along_an_axis(item: zones.Characteristic) -> bool:
-    return item.axis != ""
-
-
-def _always(item: zones.Characteristic) -> bool:
-    return True
-
-
 def _axis_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
-    if not asked.item.axis:
-        return "axis", "is missing: a coordinate is x, y or z"
-    return None
+    return None if asked.item.axis else ("axis", "is missing: a coordinate is x, y or z")
 
 
 def _frame_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
@@ -189,7 +179,7 @@ KINDS = (
         takes=frozenset({"axis"}),
         association_fault=_faces_fault,
         checks=(_frame_missing,),
-        in_part=_along_an_axis,
+        in_part=lambda item: item.axis != "",
         folds=True,
         below_u="The distance is smaller than its uncertainty.",
     ),
@@ -202,7 +192,7 @@ KINDS = (
         shapes=zones.CENTRES,
         takes=frozenset({"axis"}),
         checks=(_axis_missing, _frame_missing),
-        in_part=_always,
+        in_part=lambda item: True,
         is_place=True,
     ),
 )

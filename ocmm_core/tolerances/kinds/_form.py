@@ -41,7 +41,6 @@ from ocmm_core.tolerances.kinds._spec import (
     PlannedCharacteristic,
     QifWords,
     Symbol,
-    Zone,
 )
 
 _FLAT = 1e-9
@@ -101,8 +100,7 @@ def _free(zone: Fit, by_geometry: Float) -> Float:
     scales = np.linalg.norm(free, axis=0)
     free = free[:, scales > 0.0] / scales[scales > 0.0]
     u, strengths, _ = np.linalg.svd(free, full_matrices=False)
-    independent: Float = u[:, strengths > _FLAT * strengths[0]]
-    return independent
+    return u[:, strengths > _FLAT * strengths[0]]
 
 
 def _shares(zone: Fit, free: Float) -> Float:
@@ -276,13 +274,6 @@ def _form_fault(asked: PlannedCharacteristic) -> Fault | None:
     return "association", "of form is 'minimum zone' or 'least squares'"
 
 
-def _zone_of_straightness(
-    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
-) -> Zone:
-    """Return the zone of the axis of a cylinder, or of an edge."""
-    return "cylinder" if shape is Shape.CYLINDER else "planes"
-
-
 _of_form = partial(
     KindSpec, one_sided=True, evaluate=form, monte_carlo=MonteCarlo.RANGE,
     association_fault=_form_fault, own_form=True, form_alone=True,
@@ -307,7 +298,8 @@ KINDS = (
         qif=QifWords("Straightness"),
         symbol=Symbol(lines=(((0.05, 0.5), (0.95, 0.5)),)),
         shapes=(Shape.LINE, Shape.CYLINDER),
-        zone_of=_zone_of_straightness,
+        # Of the axis of a cylinder, or of an edge.
+        zone_of=lambda item, shape, datums: "cylinder" if shape is Shape.CYLINDER else "planes",
     ),
     _of_form(
         name="flatness",

@@ -14,7 +14,6 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
-    GEOMETRY_SIZE,
     POINT,
     RADIUS,
     SECOND,
@@ -27,8 +26,6 @@ from ocmm_core.tolerances import zones
 from ocmm_core.tolerances.kinds import _spec as spec
 from ocmm_core.tolerances.kinds._size import associated_size, own_association, size_words
 
-_STEP = 1e-5
-"""mm, and of directions a fraction of one: step of the differences."""
 _OPPOSITE = -0.5
 """Cosine between the normals of two faces above which they have no middle between them."""
 
@@ -174,22 +171,6 @@ def _zone_of_position(
     return usual if item is None or shape is Shape.PLANE else item.zone or usual
 
 
-def _zone_of_coaxiality(
-    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
-) -> spec.Zone:
-    return "cylinder"
-
-
-def _zone_of_concentricity(
-    item: zones.Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
-) -> spec.Zone:
-    return "sphere" if {shape, *datums} == {Shape.SPHERE} else "cylinder"
-
-
-def _without_datums(item: zones.Characteristic) -> bool:
-    return not item.datums
-
-
 def _axis_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if asked.of_planes and not asked.item.axis:
         return "axis", "is missing: it defines the direction of the position tolerance"
@@ -225,7 +206,7 @@ _PLACES = (
         zones=("planes", "cylinder", "sphere"),
         zone_of=_zone_of_position,
         checks=(_axis_missing, _frame_missing, _modifier_fault),
-        in_part=_without_datums,
+        in_part=lambda item: not item.datums,
         datums_make_frame=True,
     ),
     spec.KindSpec(
@@ -239,7 +220,9 @@ _PLACES = (
         datums=(1, 1),
         datum_shapes=(*spec.ROUND_AXES, Shape.SPHERE),
         takes=frozenset({"length"}),
-        zone_of=_zone_of_concentricity,
+        zone_of=lambda item, shape, datums: (
+            "sphere" if {shape, *datums} == {Shape.SPHERE} else "cylinder"
+        ),
     ),
     spec.KindSpec(
         name="coaxiality",
@@ -252,7 +235,7 @@ _PLACES = (
         datums=(1, 1),
         datum_shapes=spec.ROUND_AXES,
         takes=frozenset({"length"}),
-        zone_of=_zone_of_coaxiality,
+        zone_of=lambda item, shape, datums: "cylinder",
     ),
 )
 
@@ -272,7 +255,7 @@ def symmetry(
     """
     datum = actual[characteristic.datums[0]]
     if len(characteristic.features) == 1:
-        return _of_slot(actual[characteristic.features[0]], datum)
+        return _of_slot(characteristic, actual)
     first, second = (actual[name] for name in characteristic.features)
     if float(first.fit.direction @ second.fit.direction) > _OPPOSITE:
         raise FitError(
@@ -284,29 +267,24 @@ def symmetry(
     return _of_faces(first, second, datum)
 
 
-def _of_slot(feature: ActualFeature, datum: ActualFeature) -> zones.Evaluation:
-    geometries = {"slot": feature.fit.geometry, "datum": datum.fit.geometry}
-    plane = datum.fit.shape is Shape.PLANE
-    found = _slot_distances(geometries, plane)
+def _of_slot(
+    characteristic: zones.Characteristic, actual: Mapping[str, ActualFeature]
+) -> zones.Evaluation:
+    (slot,), name = characteristic.features, characteristic.datums[0]
+    datum = actual[name].fit
+    plane = datum.shape is Shape.PLANE
+    found = _slot_distances(actual[slot].fit.geometry, datum.geometry, plane)
     worst = int(np.argmax(np.abs(found)))
-    gradient = Rows.nothing()
-    for key, item in (("slot", feature), ("datum", datum)):
-        slope = np.zeros(GEOMETRY_SIZE)
-        for k in np.flatnonzero(item.jacobian.moving()).tolist():
-            ahead, behind = (
-                _slot_distances(zones.moved_geometry(geometries, key, k, step), plane)[worst]
-                for step in (_STEP, -_STEP)
-            )
-            slope[k] = (ahead - behind) / (2.0 * _STEP)
-        gradient += slope @ item.jacobian
-    return zones.vector_evaluation(
-        2.0 * found[worst : worst + 1], 2.0 * gradient[None], datum.nominal.name
-    )
+    gradient = spec.by_differences(
+        characteristic,
+        {slot: actual[slot], name: actual[name]},
+        lambda geometries: float(_slot_distances(geometries[slot], geometries[name], plane)[worst]),
+    ).gradient
+    return zones.vector_evaluation(2.0 * found[worst : worst + 1], 2.0 * gradient[None], name)
 
 
-def _slot_distances(geometries: Mapping[str, Float], plane: bool) -> Float:
+def _slot_distances(slot: Float, datum: Float, plane: bool) -> Float:
     """Return the distances (3,) of middle and ends of the middle line from the datum's middle."""
-    slot, datum = geometries["slot"], geometries["datum"]
     normal = datum[DIRECTION]
     if not plane:
         width = np.cross(slot[DIRECTION], slot[ACROSS])

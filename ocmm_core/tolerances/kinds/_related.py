@@ -75,9 +75,7 @@ def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float
         if np.linalg.norm(own - along * base) > _MEANT:
             return None
         return base if along > 0.0 else -base
-    if abs(along) > _MEANT:
-        return None
-    return unit(own - along * base)
+    return None if abs(along) > _MEANT else unit(own - along * base)
 
 
 def _true_direction(
@@ -319,11 +317,6 @@ def _against_model(
     return replace(zones.surface_zone([surface], frame), note=note)
 
 
-def _from_part_frame(characteristic: zones.Characteristic) -> bool:
-    """Return whether the search for the smallest zone starts from the alignment."""
-    return bool(characteristic.faces) and not characteristic.datums
-
-
 def _surface(measured: zones.SurfacePoints, frame: zones.ZoneFrame, offset: float) -> zones.Surface:
     nominal = nominal_geometry(measured.feature.nominal)
     shape = measured.feature.fit.shape
@@ -360,6 +353,7 @@ PROFILES = (
         symbol=spec.Symbol(bow="closed"),
         shapes=spec.OF_A_SURFACE,
         takes=frozenset({"faces", "offset"}),
-        in_part=_from_part_frame,
+        # The search for the smallest zone starts from the alignment.
+        in_part=lambda item: bool(item.faces) and not item.datums,
     ),
 )

@@ -122,16 +122,6 @@ def no_association(asked: PlannedCharacteristic) -> Fault | None:
     return "association", "goes with sizes, distances of faces and form only"
 
 
-def never(item: Characteristic) -> bool:
-    """Return False: the value does not refer to the part frame."""
-    return False
-
-
-def needs_no_sense(item: Characteristic, alignment: AnyAlignment | None) -> bool:
-    """Return False: the value needs no direction of the plan for its side."""
-    return False
-
-
 _Taken = Literal["axis", "at", "faces", "length", "modifier", "offset"]
 
 
@@ -169,9 +159,9 @@ class KindSpec:
     association_fault: Check = no_association
     checks: tuple[Check, ...] = ()
     """Further checks, after those common to all kinds."""
-    in_part: Callable[[Characteristic], bool] = never
+    in_part: Callable[[Characteristic], bool] = lambda item: False
     """Whether the value refers to the part frame of the plan's alignment."""
-    needs_sense: Callable[[Characteristic, AnyAlignment | None], bool] = needs_no_sense
+    needs_sense: Callable[[Characteristic, AnyAlignment | None], bool] = lambda item, rule: False
     """Whether the part frame determines the side of the value."""
     datums_make_frame: bool = False
     """The datums define a frame in order of precedence, in which nominal places count."""

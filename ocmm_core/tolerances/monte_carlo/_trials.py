@@ -312,8 +312,7 @@ def _quick_value(
     if item.association not in ("", kinds.own_association(first)):
         # The element of the association, or opposite points, not the element itself.
         return None
-    gradient = evaluation.gradient
-    sigma = float(np.sqrt(task.factors.covariance_of(gradient[None])[0, 0]))
+    sigma = float(np.sqrt(task.factors.covariance_of(evaluation.gradient[None])[0, 0]))
     if spec.folds and evaluation.value < _FAR * sigma:
         return None
     shapes = {name: feature.fit.shape for name, feature in involved.items()}

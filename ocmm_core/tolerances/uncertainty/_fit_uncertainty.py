@@ -166,8 +166,7 @@ def _numbers(fit: shapes.Fit) -> dict[str, Float]:
 def _unwidened(covariance: Float, degrees: float) -> Float:
     """Return the variances (k,) along the principal axes, without Student's factor."""
     variances = np.asarray(np.linalg.eigvalsh(covariance), dtype=np.float64)
-    unwidened: Float = variances * (2.0 / student_factor(degrees)) ** 2
-    return unwidened
+    return variances * (2.0 / student_factor(degrees)) ** 2
 
 
 def _reach(variances: Float, degrees: float) -> float:

@@ -138,8 +138,7 @@ class Length:
             return self.vector / length
         if not np.all(np.isfinite(self.covariance)):
             return np.full(len(self.vector), math.nan)
-        along: Float = np.linalg.eigh(self.covariance)[1][:, -1]
-        return along
+        return np.linalg.eigh(self.covariance)[1][:, -1]
 
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true vector ends within the zone.

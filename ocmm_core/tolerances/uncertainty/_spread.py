@@ -66,8 +66,7 @@ def noise_floor(noise: FormNoise, extent: Extent, seed: int = SEED) -> float:
 def least_greatest(deviations: Float, free: Float) -> Float:
     """Return the minimised greatest amount (b,) of rows over ``free``, to two percent."""
     lower, upper = bounds_of_least(deviations, free, _STEPS)
-    middle: Float = 0.5 * (upper + np.minimum(lower, upper))
-    return middle
+    return 0.5 * (upper + np.minimum(lower, upper))
 
 
 def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
@@ -253,9 +252,7 @@ def contributing_samples(
 def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
     """Return whether form is the measurand: zones of surface points, two-point sizes."""
     spec = spec_of(characteristic.kind)
-    if spec.own_form:
-        return True
-    if characteristic.association.startswith("two-point"):
+    if spec.own_form or characteristic.association.startswith("two-point"):
         return True
     if not spec.one_sided:
         return False

@@ -336,8 +336,7 @@ def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]
     """
     touches, raw = own_fit(feature)
     fit, _ = fit_circle_projected(touches.tips[section.rows], raw.direction)
-    places = np.asarray(touches.places)[section.rows]
-    return fit, Rows.of_points(places, fit.jacobian)
+    return fit, Rows.of_points(np.asarray(touches.places)[section.rows], fit.jacobian)
 
 
 def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:

@@ -123,8 +123,7 @@ def _difference(
     """Return the central difference of the normals (m, 3) by ball centres or geometry."""
     ahead = _normals(feature, rows, at[0] + step[0], at[1] + step[1])
     behind = _normals(feature, rows, at[0] - step[0], at[1] - step[1])
-    difference: Float = (ahead - behind) / (2.0 * _STEP)
-    return difference
+    return (ahead - behind) / (2.0 * _STEP)
 
 
 def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) -> Points3:
@@ -145,8 +144,7 @@ def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) 
     turned[3:6] = direction
     near = replace(raw, geometry=turned, residuals=raw.residuals[rows])
     sign = 1.0 if feature.nominal.side == "outer" else -1.0
-    outward: Points3 = sign * unit(distance_derivatives(near, tips)[1])
-    return outward
+    return sign * unit(distance_derivatives(near, tips)[1])
 
 
 FAR_MM = 5.0

@@ -176,8 +176,7 @@ def _gaps(one: Float, other: Float, sites: Float) -> Float:
         (plane[POINT] - sites) @ plane[DIRECTION] / float(plane[DIRECTION] @ across)
         for plane in (one, other)
     ]
-    gaps: Float = heights[0] - heights[1]
-    return gaps
+    return heights[0] - heights[1]
 
 
 def _pairs(opposite: NDArray[np.bool_], features: list[ActualFeature], how: str) -> tuple[Int, Int]:

@@ -80,9 +80,9 @@ class Outbox(OutboxFile):
             raise self._fault(error) from error
         return Item(sequence, sha256, path.name, place, put_utc, ItemState.WAITING, "")
 
-    def waiting(self, most: int = 100) -> list[Item]:
+    def waiting(self) -> list[Item]:
         """Return the waiting jobs, oldest first."""
-        return self._items("state = 'waiting' ORDER BY sequence LIMIT ?", (most,))
+        return self._items("state = 'waiting' ORDER BY sequence LIMIT ?", (100,))
 
     def aside(self) -> list[Item]:
         """Return the jobs refused by the archive, newest first."""

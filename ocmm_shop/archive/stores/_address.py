@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from urllib.parse import parse_qsl, quote, unquote, urlsplit
+from urllib.parse import parse_qsl, unquote, urlsplit
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import HOST, is_loopback
@@ -148,13 +148,6 @@ def read_password(path: Path) -> str:
     if not found or len(text) > _LARGEST_PASSWORD or not found.isprintable():
         raise _password(path, "holds no password of one line", "Write the password alone into it.")
     return found
-
-
-def with_user(text: str, user: str) -> str:
-    """Return the address of a server for another login; for scripts and tests."""
-    parts = urlsplit(text)
-    where = parts.netloc.rpartition("@")[2]
-    return parts._replace(netloc=f"{quote(user)}@{where}").geturl()
 
 
 def _wrong(text: str, why: str) -> InputError:

@@ -10,7 +10,7 @@ from ocmm_core.acceptance import (
     AcceptanceSession,
     AcceptanceVerdict,
     differences,
-    load_record,
+    load_signed_record,
     procedure_files,
     recompute,
     save_record,
@@ -30,7 +30,7 @@ def test_a_good_machine_passes_every_procedure_and_the_record_gives_the_same_num
     assert record.verdict is AcceptanceVerdict.PASS, record.quantities
     assert record.wording.startswith("modelled on")
     path = save_record(tmp_path, record)
-    loaded = load_record(path)
+    loaded = load_signed_record(path).record
     assert loaded == record
     assert differences(loaded, recompute(loaded)) == []
     assert AcceptanceSession.resume(session.path).record() == record
@@ -174,4 +174,4 @@ def test_a_changed_byte_of_a_record_is_noticed(tmp_path: Path) -> None:
     content = path.read_bytes()
     path.write_bytes(content.replace(b'"PASS"', b'"FAIL"', 1))
     with pytest.raises(OcmmError, match="changed"):
-        load_record(path)
+        load_signed_record(path)

@@ -12,7 +12,7 @@ from ocmm_core.acceptance import (
     AcceptanceProcedure,
     AcceptanceVerdict,
     differences,
-    load_record,
+    load_signed_record,
     recompute,
 )
 from ocmm_core.acquisition.recording import ReplaySource
@@ -92,7 +92,7 @@ def test_a_short_test_runs_over_the_virtual_wire_on_the_command_line(
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert "EtherCAT, virtual wire" in ran.stdout
     (record,) = (tmp_path / "records").glob("*.json")
-    assert len(load_record(record).observations) == 10
+    assert len(load_signed_record(record).record.observations) == 10
 
 
 @pytest.mark.slow
@@ -105,7 +105,9 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(
         "--record", frames,
     )  # fmt: skip
     assert made.returncode == 0, made.stdout + made.stderr
-    (first,) = (load_record(one) for one in (tmp_path / "first" / "records").glob("*.json"))
+    (first,) = (
+        load_signed_record(one).record for one in (tmp_path / "first" / "records").glob("*.json")
+    )
 
     bench = _bench(tmp_path, f"replay:{frames}", rig=calm_rig)
     now = datetime.now(UTC)
@@ -159,7 +161,9 @@ def test_unproven_cameras_are_refused_unless_the_procedure_allows_them(
     ran = ocmm_here("acceptance", "run", own, "--rig", rig, "--folder", tmp_path / "allowed")
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert "CAMERAS UNPROVEN: Cameras 'Plain spots': no common clock" in ran.stdout
-    (record,) = (load_record(one) for one in (tmp_path / "allowed" / "records").glob("*.json"))
+    (record,) = (
+        load_signed_record(one).record for one in (tmp_path / "allowed" / "records").glob("*.json")
+    )
     assert record.instrument.unproven
     # A record of our own cameras has no such field, so that older records keep their hash.
     plain = open_test_site(

@@ -25,7 +25,7 @@ from ocmm_core.calibration.relocation import (
 )
 from ocmm_core.camera import project
 from ocmm_core.geometry import Float
-from tests.core.calibration.waved_probe import as_known_before, disturbed, probe, rig, world
+from tests.core.calibration.waved_probe import as_known_before, disturbed, joined, probe, rig, world
 
 NEST = np.array([[120.0, 40.0, -150.0]])
 
@@ -41,7 +41,7 @@ def small_problem(geometry: GeometryMode = "uncertain") -> RelocationProblem:
     shift = replace(nest, seats=nest.seats + len(names))
     observed = Observations(
         # The seated ones first: the engine wants them last.
-        frames=seated.joined(waved).joined(shift),
+        frames=joined(seated, waved, shift),
         shown_bars=(true.shown(3),),
         touched_bars=(touched,),
         seats=(*names, "nest"),

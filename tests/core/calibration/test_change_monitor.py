@@ -18,7 +18,7 @@ from ocmm_core.calibration.monitor import (
     learn_baseline,
 )
 from ocmm_core.calibration.monitor._baseline import pattern_maps
-from ocmm_core.calibration.monitor._drift_decision import MonitorOptions, examine
+from ocmm_core.calibration.monitor._drift_decision import LOOK_NS, examine
 from ocmm_core.calibration.monitor._drift_statistic import score_changes
 from ocmm_core.calibration.monitor._residual_samples import Belief, sample_of
 from ocmm_core.calibration.records import ResidualMap
@@ -29,7 +29,6 @@ from ocmm_core.tracking import PoseBatch, ProbeBody, TrackBlock, cut, solve
 from ocmm_sim.scene import ScriptedBump, WorldOptions, bumped, draw_world
 from tests.core.calibration.monitored import RATE_HZ, Monitored
 
-LOOK_NS = MonitorOptions().look_ns
 BUMP_S = 10.0
 
 
@@ -150,7 +149,7 @@ def test_size_and_direction_of_a_push_are_found_and_the_one_of_three_cameras_is_
     scores = score_changes(looks, rig, bench.body, belief, 0.0)
     # The looks are free of noise: the rest is of second order, and the bound of the size.
     assert scores.motions[1].size == pytest.approx([*push.turn, *push.shift], rel=0.02, abs=2e-7)
-    result = examine(looks, rig, bench.body, belief, MonitorOptions())
+    result = examine(looks, rig, bench.body, belief)
     assert (result.cause, result.cameras) == (ChangeCause.CAMERA, (rig.cameras[1].name,))
     assert result.what.startswith(f"Camera {rig.cameras[1].name} has changed")
 
@@ -166,7 +165,7 @@ def test_a_push_about_one_axis_is_named(bench: Monitored, axis: int, words: str)
     (turn if axis < 3 else shift)[axis % 3] = 20e-6 if axis < 3 else 0.020
     push = ScriptedBump(2, 0, (turn[0], turn[1], turn[2]), (shift[0], shift[1], shift[2]))
     looks = looks_at(rig, pushed(rig, 2, push), bench.body, bench.body)
-    result = examine(looks, rig, bench.body, certain(rig, bench.body), MonitorOptions())
+    result = examine(looks, rig, bench.body, certain(rig, bench.body))
     assert result.cameras == ("top",)
     assert words in result.what
 
@@ -176,7 +175,7 @@ def test_a_lens_that_changed_is_told_from_a_camera_that_moved(bench: Monitored) 
     left, right = rig.cameras
     truth = replace(rig, cameras=(left, replace(right, focal=right.focal + 0.010)))
     looks = looks_at(rig, truth, bench.body, bench.body)
-    result = examine(looks, rig, bench.body, certain(rig, bench.body), MonitorOptions())
+    result = examine(looks, rig, bench.body, certain(rig, bench.body))
     # Two cameras suffice: a motion between them cannot look like a change of scale in one.
     assert (result.cause, result.cameras) == (ChangeCause.CAMERA, ("right",))
     assert "focal length changed about 10 µm" in result.what
@@ -187,7 +186,7 @@ def test_an_led_that_came_loose_is_no_camera_that_moved(bench: Monitored) -> Non
     leds[3] += [0.02, 0.0, 0.01]
     looks = looks_at(bench.rig, bench.rig, bench.body, replace(bench.body, leds_probe=leds))
     belief = certain(bench.rig, bench.body)
-    result = examine(looks, bench.rig, bench.body, belief, MonitorOptions())
+    result = examine(looks, bench.rig, bench.body, belief)
     assert (result.cause, result.cameras) == (ChangeCause.PROBE, ())
     assert result.what.startswith("LED 4 of the probe is 2")
 
@@ -334,10 +333,10 @@ def test_nests_tell_which_of_two_cameras_moved(bench: Monitored, camera: int) ->
     push = ScriptedBump(camera, 0, (30e-6, -40e-6, 20e-6))
     belief = certain(rig, bench.body)
     without = looks_at(rig, pushed(rig, camera, push), bench.body, bench.body)
-    free = examine(without, rig, bench.body, belief, MonitorOptions())
+    free = examine(without, rig, bench.body, belief)
     assert set(free.cameras) == {"left", "right"}
     looks = nest_looks(rig, pushed(rig, camera, push), bench.body, np.zeros(3))
-    result = examine(looks, rig, bench.body, belief, MonitorOptions())
+    result = examine(looks, rig, bench.body, belief)
     assert (result.cause, result.cameras) == (ChangeCause.CAMERA, (rig.cameras[camera].name,))
 
 
@@ -345,8 +344,8 @@ def test_nests_tell_that_everything_moved_together(bench: Monitored) -> None:
     rig = without_pattern(bench.rig)
     belief = certain(rig, bench.body)
     looks = nest_looks(rig, rig, bench.body, np.array([0.03, -0.04, 0.0]))
-    result = examine(looks, rig, bench.body, belief, MonitorOptions())
+    result = examine(looks, rig, bench.body, belief)
     assert (result.cause, result.cameras) == (ChangeCause.COMMON, ())
     assert "has moved by about 50 µm" in result.what
     still = nest_looks(rig, rig, bench.body, np.zeros(3))
-    assert examine(still, rig, bench.body, belief, MonitorOptions()).cause is ChangeCause.NOTHING
+    assert examine(still, rig, bench.body, belief).cause is ChangeCause.NOTHING

@@ -28,6 +28,7 @@ from tests.core.calibration.waved_probe import (
     as_known_before,
     disturbed,
     four_cameras,
+    joined,
     length_errors,
     normalised_square,
     observe,
@@ -48,7 +49,7 @@ def with_nests(true: World, frames: int, each: int = 4) -> Observations:
     """Return a waved probe, a shown bar, and four nests touched."""
     observed = observe(true, frames)
     seated = true.seated(NESTS, each, 0.001)
-    return replace(observed, frames=observed.frames.joined(seated), seats=NAMES)
+    return replace(observed, frames=joined(observed.frames, seated), seats=NAMES)
 
 
 @pytest.mark.statistics
@@ -162,7 +163,7 @@ def test_a_touched_bar_gives_the_scale_too() -> None:
     true = world(8, body=probe(0.3))
     touched, seated, names = true.touched(10, 4, 0.001)
     observed = Observations(
-        frames=seated.joined(true.waved(120)), touched_bars=(touched,), seats=names
+        frames=joined(seated, true.waved(120)), touched_bars=(touched,), seats=names
     )
     options = RelocationOptions(lens="free", geometry="unknown")
     found = relocate(disturbed(rig(), true.rng), true.body, observed, options)

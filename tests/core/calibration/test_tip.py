@@ -28,7 +28,7 @@ from ocmm_core.calibration.tip import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip._check import Judged, decide_check
-from ocmm_core.calibration.tip._fit import fit_ball_on, predicted_covariance, sigma_of_difference
+from ocmm_core.calibration.tip._fit import fit_ball_on, predicted_errors, sigma_of_difference
 from ocmm_core.calibration.tip._qualification import sphere_warnings
 from ocmm_core.calibration.tip._sphere_layout import TOLERANCE, cone_layout, match_places
 from ocmm_core.calibration.verification import fit_sphere
@@ -209,15 +209,19 @@ def test_the_predicted_uncertainty_says_go_closer_to_the_equator() -> None:
     assert WORLD.sigma(good) < TipLimits().diameter_sigma
     assert WORLD.sigma(cap) > 3.0 * WORLD.sigma(good)
     # The rest of a layout is predicted from the part that was taken.
-    part = predicted_covariance(
+    whole = predicted_errors(good.touches, good.directions, WORLD.rig, WORLD.body, NO_MORE)
+    assert whole is not None
+    part = predicted_errors(
         good.touches[:9], good.directions[:9], WORLD.rig, WORLD.body, good.directions[9:]
     )
-    whole = predicted_covariance(good.touches, good.directions, WORLD.rig, WORLD.body, NO_MORE)
-    assert np.sqrt(part[3, 3]) == pytest.approx(np.sqrt(whole[3, 3]), rel=0.15)
-    three = predicted_covariance(
-        good.touches[:3], good.directions[:3], WORLD.rig, WORLD.body, NO_MORE
+    assert part is not None
+    assert part.sigma(WORLD.rig, WORLD.body) == pytest.approx(
+        whole.sigma(WORLD.rig, WORLD.body), rel=0.15
     )
-    assert np.isinf(three).all()
+    assert (
+        predicted_errors(good.touches[:3], good.directions[:3], WORLD.rig, WORLD.body, NO_MORE)
+        is None
+    )
 
 
 def test_a_point_that_does_not_fit_is_named_and_stays_in() -> None:

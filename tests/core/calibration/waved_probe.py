@@ -131,6 +131,14 @@ class World:
         return see(self.rig.cameras, leds, self.rng)
 
 
+def joined(*parts: ProbeFrames) -> ProbeFrames:
+    return ProbeFrames(
+        np.concatenate([one.uv for one in parts]),
+        np.concatenate([one.sigma_px for one in parts]),
+        np.concatenate([one.seats for one in parts]),
+    )
+
+
 def world(seed: int, true_rig: Rig | None = None, body: ProbeBody | None = None) -> World:
     """Return the truth of the run with this seed."""
     rng = np.random.default_rng(seed)

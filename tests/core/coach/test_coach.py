@@ -28,7 +28,6 @@ from ocmm_core.coach import (
     help_when_lost,
     picture_of,
     stance_at,
-    uncertainty_of,
 )
 from ocmm_core.coach._advice import WAIT_S
 from ocmm_core.coach._turns import common, sight_of
@@ -73,7 +72,7 @@ def turned(held: Held, turn: Turn | Hint, rig: Rig, body: ProbeBody) -> Held:
 
 
 def u_of(held: Held, rig: Rig, body: ProbeBody) -> float:
-    return uncertainty_of(rig, body, held)
+    return advise(rig, body, held).now_mm
 
 
 @pytest.mark.statistics
@@ -192,7 +191,7 @@ def test_hints_better_u_by_a_real_share_and_keep_four_leds(rig: Rig, body: Probe
         assert hint.share >= REAL_SHARE
         assert common(after.seen[None])[0] >= hint.leds >= LEAST_LEDS
         # The prediction holds, except for LEDs at the rim of their cone.
-        assert uncertainty_of(rig, body, after) <= hint.then_mm * (1.0 + 1e-9)
+        assert u_of(after, rig, body) <= hint.then_mm * (1.0 + 1e-9)
     assert given >= 10
 
 
@@ -222,7 +221,7 @@ def test_a_camera_that_sees_nothing_is_not_counted_on(rig: Rig, body: ProbeBody)
         given += 1
         after = turned(held, hint, four, body)
         after.seen[:2] = False
-        assert uncertainty_of(four, body, after) <= hint.then_mm * (1.0 + 1e-9)
+        assert u_of(after, four, body) <= hint.then_mm * (1.0 + 1e-9)
     assert given >= 3
 
 

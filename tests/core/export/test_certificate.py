@@ -32,8 +32,6 @@ from ocmm_core.export.certificate import (
     certificate_of_cameras,
     certificate_of_tip,
     check_dcc_seal,
-    dcc_bytes,
-    open_certificate_clauses,
     read_dcc,
     write_certificate,
     write_certificates,
@@ -47,6 +45,7 @@ from tests.core.calibration.made_probe_records import make_probe_record, make_ti
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.certificate_site import lab
 from tests.core.export.dcc_schema import dcc_schema
+from tests.core.export.unsigned_dcc import dcc_bytes, open_certificate_clauses
 from tests.host import amount
 
 NOW = datetime(2026, 11, 25, 12, tzinfo=UTC)

@@ -10,10 +10,11 @@ from lxml import etree
 
 from ocmm_core.acceptance import AcceptanceRecord, AcceptanceVerdict, RoomAir, save_record
 from ocmm_core.errors import InputError
-from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
+from ocmm_core.export.certificate import certificate_facts, certificate_of_folder
 from ocmm_core.export.template import plain_paper
 from tests.core.acceptance.acceptance_site import ROOM, Machine, begin
 from tests.core.export.dcc_schema import dcc_schema
+from tests.core.export.unsigned_dcc import dcc_bytes
 
 Q = "{https://ptb.de/dcc}"
 

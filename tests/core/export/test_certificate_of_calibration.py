@@ -26,8 +26,6 @@ from ocmm_core.export.certificate import (
     certificate_of_calibration,
     certificate_of_folder,
     check_dcc_seal,
-    dcc_bytes,
-    open_certificate_clauses,
     read_dcc,
     write_certificate,
 )
@@ -36,6 +34,7 @@ from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.core.export.certificate_site import lab
 from tests.core.export.dcc_schema import dcc_schema
+from tests.core.export.unsigned_dcc import dcc_bytes, open_certificate_clauses
 
 Q = "{https://ptb.de/dcc}"
 DRIFT_MM = 0.05

@@ -13,7 +13,7 @@ from lxml import etree
 
 from ocmm_core.errors import InputError
 from ocmm_core.export import EXPORTERS
-from ocmm_core.export.certificate import dcc_bytes, read_dcc
+from ocmm_core.export.certificate import read_dcc
 from ocmm_core.export.report import ReportData
 from ocmm_core.export.template import Particulars, paper_of, plain_paper
 from ocmm_core.features.shapes import NominalFeature, Shape, element
@@ -22,6 +22,7 @@ from tests.core.calibration.made_records import MADE, make_record
 from tests.core.export.dcc_schema import dcc_schema
 from tests.core.export.sample_report import feature, point, result, sample_report, sample_view
 from tests.core.export.sample_report import write_incomplete as write_report
+from tests.core.export.unsigned_dcc import dcc_bytes
 
 NASTY = {
     "long": "Kunde GmbH " * 900,

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 from ocmm_core.fieldbus.device import COUNTERS, IDENTITY, INFORMATION, VERSIONS
 from ocmm_core.fieldbus.objects._camera_client import (
+    STRING_BYTES,
     ObjectAccess,
     read_exactly,
     read_number,
-    read_text,
+    unfit,
 )
 
 
@@ -42,6 +43,13 @@ class CameraCounters:
     bad_mailboxes: int
     link_events: int
     emergencies: int
+
+
+def read_text(access: ObjectAccess, index: int, sub: int) -> str:
+    try:
+        return access.read(index, sub, room=STRING_BYTES).rstrip(b"\x00").decode("ascii")
+    except UnicodeDecodeError as error:
+        raise unfit(index, sub, "not text") from error
 
 
 def read_identity_text(access: ObjectAccess) -> CameraTexts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,6 +19,8 @@ from ocmm_core.calibration.records import (
     store_folder,
 )
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.finished import ReopenedJob, Trend
+from ocmm_core.inspection.finished import _compare as compare
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile, make_head
 from tests.core.calibration.made_records import make_record, make_verification
@@ -27,6 +30,10 @@ BAR = ArtefactUse(
     name="bar", serial="B-17", certificate="C-1", certificate_sha256="d" * 64,
     due_utc="2030-01-01T00:00:00+00:00",
 )  # fmt: skip
+
+
+def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
+    return compare.trends_of([compare.part_job(job) for job in jobs])
 
 
 class Cameras:

@@ -13,11 +13,11 @@ from ocmm_core.calibration.records import record_hash
 from ocmm_core.export import write_report
 from ocmm_core.export.report import report_of_job
 from ocmm_core.inspection.evaluation import HoldReason, event_text
-from ocmm_core.inspection.finished import ReopenedJob, compare_jobs, reopen_job
+from ocmm_core.inspection.finished import ReopenedJob, reopen_job
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
-from tests.core.inspection.recorded_jobs import Cameras
+from tests.core.inspection.recorded_jobs import Cameras, compare_jobs
 
 
 @pytest.fixture

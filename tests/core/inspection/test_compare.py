@@ -15,16 +15,11 @@ from ocmm_cli import app
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.finished import (
-    ReopenedJob,
-    compare_files,
-    compare_folder,
-    compare_jobs,
-    reopen_job,
-)
+from ocmm_core.inspection.finished import ReopenedJob, compare_files, compare_folder, reopen_job
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import load_translation
+from tests.core.inspection.recorded_jobs import compare_jobs
 from tests.host import HANG_S
 
 PLAN = resource("plans", "quick.toml")

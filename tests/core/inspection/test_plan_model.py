@@ -21,7 +21,6 @@ from ocmm_core.inspection.plan import (
     part_of_plan,
     save_plan,
     with_model,
-    without_model,
 )
 from ocmm_core.inspection.plan._file_beside import FOLDER, MOST_FILES, cached_part, keep_part
 from ocmm_core.part_model import PartModel
@@ -58,7 +57,7 @@ def test_a_model_is_copied_beside_the_plan_and_named_with_its_hash(tmp_path: Pat
     other = with_model(plan, file, tmp_path / "elsewhere" / "a part.STEP")
     assert other.model is not None
     assert other.model.file == "a_part-2.step"
-    assert without_model(plan).model is None
+    assert msgspec.structs.replace(plan, model=None).model is None
     # One that lies there is named as it is.
     there = with_model(plan, file, file.parent / "a_part.step")
     assert there.model == plan.model
@@ -110,7 +109,7 @@ def test_the_part_of_a_plan_comes_from_where_it_is_kept(tmp_path: Path) -> None:
     assert found.doubt is None
     assert found.model is not None
     np.testing.assert_array_equal(found.model.vertices, part.vertices)
-    assert part_of_plan(without_model(plan), file.parent).model is None
+    assert part_of_plan(msgspec.structs.replace(plan, model=None), file.parent).model is None
     assert part_of_plan(plan, None).model is None
 
 

@@ -213,12 +213,10 @@ def test_a_search_in_german_finds_the_german_section(
     )
 
 
-def test_a_part_of_a_german_word_is_found_and_marked_but_not_of_an_english_one(
-    tmp_path: Path,
-) -> None:
+def test_a_part_of_a_german_word_is_found_but_not_of_an_english_one(tmp_path: Path) -> None:
     manual = _both(tmp_path, "# Tip\n", "# Spitze\nDie Messunsicherheit\n")
     (hit,) = manual.search("unsicherheit")
-    assert [hit.excerpt[first:last] for first, last in hit.marked] == ["Messunsicherheit"]
+    assert "Messunsicherheit" in hit.excerpt
     (tmp_path / "de" / "tip.md").unlink()
     (tmp_path / "tip.md").write_text("# Tip\nretouch\n")
     assert load_manual(tmp_path, "de").search("touch") == ()

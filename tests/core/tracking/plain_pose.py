@@ -7,7 +7,7 @@ import numpy as np
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, rigid_fit, rotation_from_vector
 from ocmm_core.tracking import ProbeBody
-from ocmm_core.tracking._pose import Method, PoseBatch, reprojection, tip_jacobian, triangulate
+from ocmm_core.tracking._pose import Method, PoseBatch, arm_jacobian, reprojection, triangulate
 from ocmm_core.tracking.kernels import LOST, MAX_TIP_SIGMA, OK, allocate
 
 
@@ -53,7 +53,7 @@ def _solve_frame(
         squares -= float(gradient @ step)
         rotation = rotation_from_vector(step[:3]) @ rotation
         origin = origin + step[3:]
-    to_tip = tip_jacobian(rotation, body)
+    to_tip = arm_jacobian(rotation @ body.tip_probe)
     tip_covariance = sigma_px**2 * to_tip @ covariance @ to_tip.T
     if not np.trace(tip_covariance) <= MAX_TIP_SIGMA**2:
         return

@@ -9,8 +9,7 @@ import pytest
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.records import MarkRow
-from ocmm_shop.archive.stores import HEADS, Acknowledgement, open_archive, parse_server
-from ocmm_shop.archive.stores._address import with_user
+from ocmm_shop.archive.stores import HEADS, Acknowledgement, open_archive
 from ocmm_shop.archive.stores._store import Archive
 from tests.shop.archive.conftest import TABLES, Place, by_hand
 from tests.shop.archive.made_jobs import made_delivery, made_record, made_sender
@@ -128,11 +127,6 @@ def test_a_login_that_is_not_known_is_told(shop: Place) -> None:
     with pytest.raises(StorageError) as caught:
         open_archive(shop.server.address(shop.database, "nobody_here"))
     assert caught.value.code == "archive.login"
-
-
-def test_the_user_of_an_address_can_be_another_one() -> None:
-    text = with_user("postgresql://a@db.shop:5432/ocmm?sslmode=require", "b c")
-    assert parse_server(text).options["user"] == "b c"
 
 
 def add_mark(archive: Archive) -> None:

@@ -5,14 +5,7 @@ import pytest
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_shop.studies import (
-    compare_stated,
-    gauge_study,
-    linearity_study,
-    suitability,
-    system_uncertainty,
-    type1_study,
-)
+from ocmm_shop.studies import compare_stated, gauge_study, linearity_study, suitability, type1_study
 
 _AIAG = """
 0.29 -0.56 1.34 0.47 -0.80 0.02 0.59 -0.31 2.26 -1.36
@@ -150,7 +143,7 @@ def test_a_bias_that_grows_over_the_range_is_found() -> None:
 
 
 def test_suitability_is_two_expanded_uncertainties_over_the_tolerance() -> None:
-    u_ms = system_uncertainty(0.001, 0.001, 0.003, 0.0, 0.0)
+    u_ms = float(np.hypot(0.001, 0.003))
     found = suitability(u_ms, 2 * u_ms, 0.1)
     assert found.q_ms == pytest.approx(400 * np.hypot(0.001, 0.003) / 0.1)
     assert found.suitable
