@@ -5,8 +5,9 @@ Out: cameras with full covariance, findings, and a camera record.
 
 Read `_board` (the board and the covariance of its shape), `_corners` (tables of corners),
 `_detection` (corners in pictures, by OpenCV; pictures as files), then `_solution` (one bundle of
-cameras, poses and board shape) with `_guards` (first values before it, criteria after it), and
-`_coach` (which views are still missing). Commands and window call it; it must not know them.
+cameras, poses and board shape) with `_guards` (first values before it, criteria after it),
+`_session` (corners kept, then the record) and `_coach` (views still missing). Commands and window
+call it; it must not know them.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -16,16 +17,15 @@ if TYPE_CHECKING:
     from ocmm_boards._coach import ViewCoach, ViewReport
     from ocmm_boards._corners import BoardViews, read_corners
     from ocmm_boards._detection import (
-        corner_finder, detect_corners, genicam_source, next_view, write_view,
+        corner_finder, detect_corners, genicam_source, next_view, views_in, write_view,
     )  # fmt: skip
-    from ocmm_boards._solution import (
-        BoardCalibration, BoardSession, calibrate_with_board, run_session,
-    )  # fmt: skip
+    from ocmm_boards._session import BoardSession, run_folder, run_session
+    from ocmm_boards._solution import BoardCalibration, calibrate_with_board
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "Board", "BoardCalibration", "BoardSession", "BoardViews", "ViewCoach", "ViewReport",
     "calibrate_with_board", "corner_finder", "detect_corners", "genicam_source", "load_board",
-    "next_view", "read_corners", "run_session", "write_view",
+    "next_view", "read_corners", "run_folder", "run_session", "views_in", "write_view",
 ]  # fmt: skip

@@ -34,7 +34,7 @@ _SIDES = ("left edge", "right edge", "upper edge", "lower edge")
 
 @dataclass(frozen=True, slots=True)
 class ViewReport:
-    """What the views so far are worth."""
+    """Value of the views so far."""
 
     corners: tuple[int, ...]
     """In the last view, by camera."""
@@ -50,7 +50,7 @@ class ViewReport:
 
 
 class ViewCoach:
-    """Collects the corners of views, and says which view to take next."""
+    """Collects the corners of views, and names the view to take next."""
 
     def __init__(self, cameras: Sequence[CameraModel], board: Board) -> None:
         self._cameras, self._board = tuple(cameras), board

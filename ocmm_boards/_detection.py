@@ -82,6 +82,14 @@ def detect_corners(
     return BoardViews(names, uv, np.zeros(uv.shape[:3], dtype=np.int64), said)
 
 
+def views_in(
+    folder: Path, rig: Rig, board: Board, tell: Callable[[int, int], None] = lambda done, of: None
+) -> BoardViews:
+    """Return the views that `write_view` wrote into a folder; errors as `detect_corners`."""
+    patterns = [f"*-{camera.serial}.png" for camera in rig.cameras]
+    return detect_corners(folder, patterns, rig.cameras, board, tell)
+
+
 def corner_finder(board: Board) -> Callable[[NDArray[np.uint16]], Pixels]:
     """Return what finds the corners (N, 2) of a board in a picture, NaN if unseen; as above."""
     find = _finder(_opencv(), board)

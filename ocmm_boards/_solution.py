@@ -10,12 +10,8 @@ estimate; Huber 1967).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import datetime
-from pathlib import Path
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
@@ -23,10 +19,8 @@ from scipy.spatial import ConvexHull, QhullError
 from ocmm_boards._board import Board
 from ocmm_boards._corners import LEAST_CORNERS, BoardViews, with_dot_centres
 from ocmm_boards._guards import FewViews, judge_solution, placed, start_camera, told_moved
-from ocmm_core.build import build_version
 from ocmm_core.calibration import bundle, guided
-from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.calibration.records import CalibrationStore, let_pass, rig_from_record
+from ocmm_core.calibration.records import let_pass
 from ocmm_core.calibration.relocation import (
     KeptByCameras,
     anchors_of,
@@ -34,7 +28,6 @@ from ocmm_core.calibration.relocation import (
     motion_to_world,
 )
 from ocmm_core.camera import CameraModel, Rig
-from ocmm_core.documents import write_new
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3, RigidTransform, rigid_fit, unit
 from ocmm_core.tracking import triangulate
@@ -333,78 +326,3 @@ def _hull(corners: Points3) -> Points3:
             f"Only {len(corners)} corners, or corners in one plane, were seen by two cameras.",
             "Show the board all over the volume that two cameras see.",
         ) from error
-
-
-SCHEMA = "ocmm.board-views/1"
-
-
-def keep_views(
-    folder: Path, board: Board, views: BoardViews, rig: Rig, who: str, now: datetime
-) -> Path:
-    """Write all corners before anything is computed; return the new file."""
-    path = folder / now.strftime("boards-%Y%m%dT%H%M%S%f.json")
-    folder.mkdir(parents=True, exist_ok=True)
-    seen = np.where(np.isfinite(views.uv), views.uv, -1.0)
-    content = {
-        "schema": SCHEMA,
-        "rig": rig.name,
-        "rig_identity": rig.identity,
-        "who": who,
-        "utc": now.isoformat(),
-        "board": msgspec.to_builtins(board.document),
-        "views": list(views.names),
-        "serials": [camera.serial for camera in rig.cameras],
-        "corners_px": seen.tolist(),
-        "levels": views.levels.tolist(),
-        "left_out": list(views.left_out),
-    }
-    write_new(path, msgspec.json.encode(content))
-    return path
-
-
-def evaluated(
-    rig: Rig, store: CalibrationStore, board: Board, views: BoardViews, found: BoardCalibration,
-    now: datetime, *, who: str, temperature: Temperature | None, valid_days: int,
-) -> guided.CalibrationOutcome:  # fmt: skip
-    """Return the record and its comparison with the calibration in force."""
-    running = store.active()
-    how = guided.CalibrationContext(
-        method="boards", made=now, valid_days=valid_days, who=who, software=build_version(),
-        temperature_c=None if temperature is None else temperature.celsius,
-        sensor_temperatures_c=(), data_sha256=guided.hash_of(views.uv),
-        artefacts=(board.artefact.use,) if board.traceable else (),
-        previous=store.active_hash or "",
-    )  # fmt: skip
-    return guided.build_outcome(
-        rig, found.found, how, None if running is None else rig_from_record(running)
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class BoardSession:
-    """A calibration by views, ready to be accepted."""
-
-    kept: Path
-    """File of its corners."""
-    found: BoardCalibration
-    outcome: guided.CalibrationOutcome
-
-
-def run_session(
-    rig: Rig, store: CalibrationStore, sessions: Path, board: Board, views: BoardViews,
-    now: datetime, *, who: str, temperature: Temperature | None = None, valid_days: int = 365,
-    force: bool = False, kept: Callable[[Path], None] = lambda path: None,
-) -> BoardSession:  # fmt: skip
-    """Keep the corners in the folder ``sessions``, then calibrate and compare; nothing is accepted.
-
-    ``kept`` gets the file of the corners before anything is computed. Errors as
-    `calibrate_with_board`.
-    """
-    path = keep_views(sessions, board, views, rig, who, now)
-    kept(path)
-    found = calibrate_with_board(rig, board, views, force=force)
-    outcome = evaluated(
-        rig, store, board, views, found, now,
-        who=who, temperature=temperature, valid_days=valid_days,
-    )  # fmt: skip
-    return BoardSession(path, found, outcome)

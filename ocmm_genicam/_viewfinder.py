@@ -1,7 +1,7 @@
 """Viewfinder: pictures, brightness and focus of all cameras while they are set up.
 
 All cameras get one exposure time, because their time stamps must mean the same moment. Aravis can
-crash on malformed packets, so that `ViewfinderProcess` does the same in a process of its own.
+crash on malformed packets, so that `ViewfinderProcess` does the same in a separate process.
 """
 
 from __future__ import annotations
@@ -251,7 +251,7 @@ class Viewfinder:
             brightest = max(shares)
             if abs(brightest - WANTED) <= _SETTLED * WANTED:
                 return found
-            # An overexposed spot does not tell how bright it is.
+            # The brightness of an overexposed spot is unknown.
             step = WANTED / brightest if brightest < 0.98 else 0.4
             exposure = found[0].exposure_us * min(max(step, 1.0 / _MOST_STEP), _MOST_STEP)
             self.expose(exposure)
@@ -298,7 +298,7 @@ def _spot(counts: NDArray[np.uint16], u: float, v: float) -> tuple[float, float]
 
 
 class ViewfinderProcess:
-    """A `Viewfinder` of Aravis in a process of its own, with the same methods and errors.
+    """A `Viewfinder` of Aravis in a separate process, with the same methods and errors.
 
     AcquisitionError also if the process ended, or gave no answer for half a minute.
     """

@@ -66,7 +66,7 @@ def calibrate_boards(
     for sentence in views.left_out:
         console.show(sentence)
     session = run_session(
-        site.design, site.store, site.sessions, known, views, now, who=who, temperature=warm,
+        site.design, site.store, known, views, now, who=who, temperature=warm,
         valid_days=valid_days, force=bool(overrule),
         kept=lambda path: console.print(f"{lead('Session  ')}{path}"),
     )  # fmt: skip

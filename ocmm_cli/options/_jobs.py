@@ -349,5 +349,15 @@ TABLE = {
         Option("probes", None, "Probe record folder. Default: that of this user."),
         Option("calibrations", None, "Calibration folder. Default: that of this user."),
     ),
+    "plan rig": (
+        argument("document", ..., "Rig plan (TOML).", metavar="RIG_PLAN"),
+        Option("out", Path(), "Folder for the prediction."),
+        Option("search", 3000, "Placements tried, 0 for none.", "placements-tried"),
+        Option("seed", 1, "Seed of the search.", "seed"),
+        Option("rig", None, "Rig document: compare its calibration in force with the plan."),
+        Option("calibrations", None, "Calibration folder of --rig; default: that of this user."),
+        Option("pdf", False, "Also write the sheet as PDF."),
+        Option("as_json", False, "Print the prediction as JSON instead.", flags="--json"),
+    ),
 }  # fmt: skip
 """By the commands that take them."""

@@ -20,7 +20,7 @@ _MOST_SHORTCUTS = 4
 _SEPARATOR = ";"
 _YES, _NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
 _SOURCE = re.compile(r"simulated|[a-z]+:\S.*")
-"""Which sources are installed is known where the job is opened."""
+"""The opening of the job refuses sources that are not installed."""
 _PASSWORD = re.compile(r"://[^/@]*:[^/@]*@|[?&](password|passfile)=", re.IGNORECASE)
 """Password in an address: others can read the settings."""
 _PICTURE_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")

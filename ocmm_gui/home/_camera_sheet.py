@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -26,10 +25,10 @@ from ocmm_core.settings import Settings
 from ocmm_genicam import Brightness, CameraLook, ViewfinderProcess, named_cameras
 from ocmm_gui import kit
 from ocmm_gui.kit import later, said, said_word, tr
-from ocmm_gui.work import Tell, Worker, WorkSheet
+from ocmm_gui.work import Worker, WorkSheet
 
 if TYPE_CHECKING:
-    from ocmm_boards import Board, BoardSession, BoardViews, ViewCoach, ViewReport
+    from ocmm_boards import BoardSession, ViewCoach, ViewReport
 
 _INFOS = (
     kit.ActionInfo("settle", later("Expose by LEDs"),
@@ -60,43 +59,6 @@ _DARKER, _BRIGHTER = 0.8, 1.25
 _CLOSE_S = 3.0
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, slots=True)
-class BoardRequest:
-    """A calibration by the views in a folder."""
-
-    rig: Rig
-    calibrations: Path
-    board: Path
-    views: Path
-    who: str
-
-
-def calibrate_request(request: BoardRequest, tell: Tell) -> BoardSession:
-    """Return the calibration, in a separate process; errors as of `ocmm calibrate boards`."""
-    from ocmm_boards import load_board, run_session
-
-    rig, board = request.rig, load_board(request.board)
-    views = _views_in(
-        request.views, rig, board, lambda done, of: tell("Searching corners", 0.8 * done / of)
-    )
-    folder = store_folder(request.calibrations, rig.name)
-    tell("Calibrating", 0.8)
-    return run_session(
-        rig, CalibrationStore(folder), folder / "sessions", board, views, datetime.now(UTC),
-        who=request.who,
-    )  # fmt: skip
-
-
-def _views_in(
-    folder: Path, rig: Rig, board: Board,
-    tell: Callable[[int, int], None] = lambda done, of: None,
-) -> BoardViews:  # fmt: skip
-    from ocmm_boards import detect_corners
-
-    patterns = [f"*-{camera.serial}.png" for camera in rig.cameras]
-    return detect_corners(folder, patterns, rig.cameras, board, tell)
 
 
 class CameraPicture(kit.Themed, QWidget):
@@ -195,17 +157,15 @@ class CameraSheet(WorkSheet):
     def open(self) -> None:
         """Open the cameras of the settings."""
         settings = self._settings()
-        self._show_session(None)
+        self.show_session(None)
         self.wanted.setText(tr("Take views of a board to calibrate the cameras."))
         self.fields["board"].setFocus()
         self.show_message(tr("Opening the cameras"))
         self._calls = Worker("ocmm-cameras", self)
 
-        def opened() -> tuple[Rig, ViewfinderProcess]:
-            rig = load_rig(settings.instrument_rig)
-            return rig, ViewfinderProcess(*named_cameras(settings.instrument_source, rig))
-
-        self._calls.do(opened, self._on_opened, self._on_failed)
+        self._calls.do(
+            lambda: load_rig(settings.instrument_rig), self._on_rig, self._on_failed
+        )  # fmt: skip
 
     def close_work(self) -> None:
         super().close_work()
@@ -222,9 +182,10 @@ class CameraSheet(WorkSheet):
         """Release the cameras for the job that is opened next."""
         self.close_work()
 
-    def _on_opened(self, opened: tuple[Rig, ViewfinderProcess]) -> None:
-        self._rig, self._finder = opened
-        for row, camera in enumerate(self._rig.cameras[len(self.pictures) :], len(self.pictures)):
+    def _on_rig(self, rig: Rig) -> None:
+        """Show the cameras of the rig, and open those of the settings."""
+        self._rig = rig
+        for row, camera in enumerate(rig.cameras[len(self.pictures) :], len(self.pictures)):
             picture = CameraPicture(tr("Picture of camera {name}").format(name=camera.name))
             number = kit.FitText(
                 tr("Brightest LED of camera {name}").format(name=camera.name), limit=24, high=30
@@ -237,6 +198,16 @@ class CameraSheet(WorkSheet):
             self.brightness.append(number)
             self._facts.append(facts)
         kit.dress(self, kit.THEMES[self._settings().window_theme])
+        self._enable()
+        source, calls = self._settings().instrument_source, self._calls
+        if calls is not None:
+            calls.do(
+                lambda: ViewfinderProcess(*named_cameras(source, rig)), self._on_opened,
+                self._on_failed,
+            )  # fmt: skip
+
+    def _on_opened(self, finder: ViewfinderProcess) -> None:
+        self._finder = finder
         self.show_message(tr("Live; wave the probe through the volume, then press F2."))
         self._look()
 
@@ -254,8 +225,8 @@ class CameraSheet(WorkSheet):
             facts.setText(_facts(look))
         self._look()
 
-    def _change(self, deed: Callable[[ViewfinderProcess], object], done: str = "") -> None:
-        self._ask(deed, lambda _none: self.show_message(done) if done else None, busy=True)
+    def _change(self, action: Callable[[ViewfinderProcess], object], done: str = "") -> None:
+        self._ask(action, lambda _none: self.show_message(done) if done else None, busy=True)
 
     def _scale(self, factor: float) -> None:
         if self._looks:
@@ -292,7 +263,14 @@ class CameraSheet(WorkSheet):
         self.failed.emit(error)
 
     def _take_view(self) -> None:
-        from ocmm_boards import ViewCoach, corner_finder, load_board, next_view, write_view
+        from ocmm_boards import (
+            ViewCoach,
+            corner_finder,
+            load_board,
+            next_view,
+            views_in,
+            write_view,
+        )
 
         rig, words = self._rig, self._words("board", "views")
         if rig is None or words is None:
@@ -309,7 +287,7 @@ class CameraSheet(WorkSheet):
                 self._coach = ViewCoach(rig.cameras, known)
                 self._coached = (board, folder)
                 if number > 1:
-                    for view in _views_in(folder, rig, known).uv[: number - 1]:
+                    for view in views_in(folder, rig, known).uv[: number - 1]:
                         self._coach.add(list(view))
             return number, self._coach.add([find(one) for one in taken])
 
@@ -329,22 +307,26 @@ class CameraSheet(WorkSheet):
         self.show_message(tr("View {number} is stored.").format(number=number))
 
     def _calibrate(self) -> None:
+        from ocmm_boards import run_folder
+
         rig, words = self._rig, self._words("board", "views")
         if rig is None or words is None or self.is_working():
             return
-        self._show_session(None)
+        self.show_session(None)
         board, views = words
         who = self.fields["who"].text().strip() or tr("unnamed")
-        request = BoardRequest(rig, self._calibrations(), board, views, who)
-        self._start(tr("Calibration"), partial(calibrate_request, request))
+        self._start(
+            tr("Calibration"), partial(run_folder, rig, self._calibrations(), board, views, who)
+        )
 
     def _show(self, answer: object) -> None:
         from ocmm_boards import BoardSession
 
         assert isinstance(answer, BoardSession)  # noqa: S101 - of `calibrate_request`
-        self._show_session(answer)
+        self.show_session(answer)
 
-    def _show_session(self, session: BoardSession | None) -> None:
+    def show_session(self, session: BoardSession | None) -> None:
+        """Show a calibration that can be accepted; None: there is none."""
         self._session = session
         self.result.setText("" if session is None else _summary(session))
         self._enable()
@@ -357,7 +339,7 @@ class CameraSheet(WorkSheet):
         store = CalibrationStore(store_folder(self._calibrations(), rig.name))
 
         def accepted(_none: object) -> None:
-            self._show_session(None)
+            self.show_session(None)
             self.result.setText(
                 tr("In force, and SUSPECT until it is verified: Calibrate (M), Verification.")
             )

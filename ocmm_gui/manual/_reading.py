@@ -47,6 +47,7 @@ PLACES = {
     "ArchiveSheet": "quality/archive.md#questions",
     "RecallSheet": "quality/recall.md#recalculating",
     "WhatToDoSheet": "inspector/help.md#what-to-do-if-shiftf1",
+    "CameraSheet": "integrator/cameras.md#set-up-a-camera",
     "SupportSheet": "inspector/help.md#support-bundle-ctrlb",
     "SecondScreenSheet": "inspector/second_screen.md#from-the-window",
     "AboutSheet": "inspector/help.md#about-ocmm-f10",

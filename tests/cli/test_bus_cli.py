@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_cli import app
-from ocmm_core.camera._picture_files import encode_pgm, encode_png
+from ocmm_core.camera import encoder_for
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from tests.commands import Ocmm
@@ -35,7 +35,7 @@ def virtual() -> None:
 def test_pictures_are_read_by_another_program_as_they_were(suffix: str, tmp_path: Path) -> None:
     picture = np.random.default_rng(1).integers(0, 1 << 14, (37, 53), np.uint16)
     path = tmp_path / f"picture{suffix}"
-    path.write_bytes({".png": encode_png, ".pgm": encode_pgm}[suffix](picture))
+    path.write_bytes(encoder_for(path)(picture))
     found = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     assert found is not None
     np.testing.assert_array_equal(found, picture)

@@ -31,12 +31,13 @@ from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_gui.home import StartWindow
 from ocmm_gui.kit import NoticeCentre, RecentPlaces, use_language
 from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, packed
-from ocmm_sim.genicam._registers import CONTROL
 from tests.boards.board_scene import board_in
 from tests.boards.test_detection import FACING, HEIGHT, WIDTH, picture_of, wide_cameras
 
 _PERIOD_S, _VIEWS, _PATIENCE_S = 0.1, 9, 60.0
 _LED = (120.0, 90.0)
+_CONTROL = 0x0A00
+"""Register of GigE Vision: who controls a camera."""
 
 
 class Cameras:
@@ -189,7 +190,7 @@ def main() -> None:
             if sheet.isVisible():
                 press(Qt.Key.Key_Escape)
                 QTest.qWait(50)
-        until(lambda: not any(one.memory.u32(CONTROL) for one in cameras.cameras))
+        until(lambda: not any(one.memory.u32(_CONTROL) for one in cameras.cameras))
         assert not sheet.isVisible()
         press(Qt.Key.Key_F6, window.page)
         until(lambda: bool(sheet.about()) and sheet.keys["settle"].isEnabled())

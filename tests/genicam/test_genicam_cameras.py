@@ -215,7 +215,7 @@ def test_cameras_are_set_up_and_views_taken_in_the_window(tmp_path: Path) -> Non
     assert all("too dark" in one for one in found["first"])
     assert all("good" in one for one in found["exposed"])
     assert found["asked"] == "Field 'Board' is empty."
-    # The nine views that were in the folder count, too.
+    # The nine views in the folder count.
     assert found["view"].startswith("View 10: 40, 40 corners. Camera 'left': ")
     assert "focal length of camera 'left' is known only to" in found["refused"]
     assert not found["accepts"]
