@@ -29,6 +29,10 @@ START_ACTIONS = (
         ("M",),
     ),
     kit.ActionInfo(
+        "cameras", later("Cameras"),
+        later("GigE Vision cameras: live pictures, exposure, calibration by a board"), ("F6",),
+    ),
+    kit.ActionInfo(
         "archive", later("Archive"),
         later("What was measured where, when, by whom and with what; trends over stations"),
         ("F8",),
@@ -45,10 +49,6 @@ START_ACTIONS = (
     kit.ActionInfo(
         "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
     ),
-    kit.ActionInfo(
-        "cameras", later("Cameras"),
-        later("GigE Vision cameras: live pictures, exposure, calibration by a board"), ("F6",),
-    ),
     kit.ActionInfo("about", later("About"), later("Version, licences and folders of OCMM"),
                    ("F10",)),
     kit.ActionInfo("theme", later("Theme"), later("Switch between dark, light and high contrast"),
@@ -56,7 +56,8 @@ START_ACTIONS = (
     kit.ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
 _SMALL = ("archive", "manual", "about", "theme", "quit")
-_ONE_ROW = ("settings", "cameras")
+_ROWS = (("calibrate", "cameras"), ("settings", "about"))
+"""Buttons beside each other, the first one wider."""
 _BUTTON_PX = 61
 
 
@@ -74,17 +75,21 @@ class StartPage(QWidget):
         title = kit.dressed(kit.PlainLabel("OCMM"), font=kit.text_font(34, bold=True))
         self.hint = kit.sentence_label(tr("What to do first"), 17, middle=True)
         buttons = kit.vbox(spacing=8)
-        row = kit.hbox(spacing=8)
+        rows = {names: kit.hbox(spacing=8) for names in _ROWS}
         small = kit.hbox(spacing=4)
         for info in START_ACTIONS:
             button = self._button(info, calls[info.key])
-            if info.key in _ONE_ROW:
-                row.addWidget(button, 1 if info.key == "settings" else 0)
+            shared = next((names for names in _ROWS if info.key in names), None)
+            if shared is not None:
+                first = info.key == shared[0]
+                rows[shared].addWidget(button, 1 if first else 0)
+                if first:
+                    buttons.addLayout(rows[shared])
             elif info.key in _SMALL:
                 small.addWidget(button)
             else:
                 buttons.addWidget(button)
-        kit.fill(buttons, row, 1, small)
+        kit.fill(buttons, 1, small)
         self.state = QGridLayout()
         self.state.setHorizontalSpacing(14)
         self.state.setVerticalSpacing(4)

@@ -185,7 +185,7 @@ def main() -> None:
         found["accepts"] = sheet.keys["accept"].isEnabled()
         kept = list(store_folder(folder / "calibrations", "recommended").rglob("boards-*.json"))
         found["kept"] = len(kept)
-        for _ in range(len(told) + 1):
+        for _ in range(5):
             # The first ones take the notices away.
             if sheet.isVisible():
                 press(Qt.Key.Key_Escape)
