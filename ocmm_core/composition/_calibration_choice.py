@@ -175,16 +175,15 @@ def station_state(settings: Settings) -> StationState:
         return StationState(False, (_fault("Cameras", error),))
     lines = []
     try:
-        cameras = judge(
-            choose_calibration(
-                source,
-                settings.instrument_rig,
-                settings.instrument_calibrations,
-                uncalibrated=False,
-            ),
-            now,
+        chosen = choose_calibration(
+            source, settings.instrument_rig, settings.instrument_calibrations, uncalibrated=False
         )
-        lines.append(_cameras(cameras, now))
+        cameras = judge(chosen, now)
+        due = "" if cameras.record is None else cameras.record.valid_until_utc
+        if chosen.rig.markers is None:
+            lines.append(_line("Cameras", f"Camera rig {cameras.rig}.", cameras, due, now))
+        else:
+            lines.append(_line("Tracker", f"Tracker {cameras.rig}.", cameras, due, now))
     except OcmmError as error:
         lines.append(_fault("Cameras", error))
     try:
@@ -202,11 +201,6 @@ def station_state(settings: Settings) -> StationState:
     except OcmmError as error:
         lines.append(_fault("Tip", error))
     return StationState(simulated, tuple(lines))
-
-
-def _cameras(view: CalibrationView, now: datetime) -> StateLine:
-    due = "" if view.record is None else view.record.valid_until_utc
-    return _line("Cameras", f"Camera rig {view.rig}.", view, due, now)
 
 
 def _line(

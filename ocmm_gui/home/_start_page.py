@@ -138,7 +138,9 @@ class StartPage(QWidget):
         usable = all(line.usable for line in state.lines)
         if state.simulated:
             self.hint.setText(
-                tr("Cameras are SIMULATED. New here? Press Demo (F9) and touch a virtual part.")
+                tr(
+                    "The measurements are SIMULATED. New here? Press Demo (F9) and touch a virtual part."
+                )
             )
         elif usable:
             self.hint.setText(tr("Ready. New job begins with the plan; Continue goes on."))

@@ -1899,6 +1899,10 @@ Startet: {source}</translation>
 4. Neuer Auftrag (F2): einen Plan wählen und das erste Werkstück messen.</translation>
     </message>
     <message>
+        <source>The measurements are SIMULATED. New here? Press Demo (F9) and touch a virtual part.</source>
+        <translation>Die Messungen sind SIMULIERT. Neu hier? Demo (F9) drücken und ein virtuelles Werkstück antasten.</translation>
+    </message>
+    <message>
         <source>Last jobs</source>
         <translation>Letzte Aufträge</translation>
     </message>
@@ -1929,10 +1933,6 @@ Startet: {source}</translation>
     <message>
         <source>About {what}</source>
         <translation>Zu {what}</translation>
-    </message>
-    <message>
-        <source>Cameras are SIMULATED. New here? Press Demo (F9) and touch a virtual part.</source>
-        <translation>Kameras sind SIMULIERT. Neu hier? Demo (F9) drücken und ein virtuelles Werkstück antasten.</translation>
     </message>
     <message>
         <source>Ready. New job begins with the plan; Continue goes on.</source>

@@ -119,3 +119,17 @@ def test_scripts_show_set_and_check_the_settings() -> None:
     checked = run.invoke(app, ["settings", "check"])
     assert checked.exit_code == 2
     path.unlink()
+
+
+def test_a_tracker_is_called_one(shipped: Settings) -> None:
+    tracker = replace(
+        shipped, instrument_source="igtl:192.168.1.7:18944",
+        instrument_rig=resource("rigs", "tracker.toml"),
+    )  # fmt: skip
+    state = station_state(tracker)
+    assert not state.simulated
+    assert [line.what for line in state.lines] == ["Tracker", "Tip"]
+    assert state.lines[0].sentence.startswith("Tracker tracker. ")
+    assert station_state(shipped).lines[0].what == "Cameras"
+    unknown = station_state(replace(shipped, instrument_source="webcam:1"))
+    assert "webcam:1" in unknown.lines[0].sentence

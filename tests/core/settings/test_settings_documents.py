@@ -261,6 +261,16 @@ def test_what_is_typed_is_checked(key: str) -> None:
         assert spec_of(key).label in caught.value.what
 
 
+def test_cameras_and_trackers_of_others_can_be_chosen() -> None:
+    source, rig = spec_of("instrument.source"), spec_of("instrument.rig")
+    for text in ("genicam:40012345,40012346", "genicam:untimed,1,2", "igtl:192.168.1.7:18944",
+                 "ndi:virtual", "replay:/data/raw file.ocmmrec"):  # fmt: skip
+        assert value_of_text(source, text) == text
+    for name in ("recommended", "tracker", "tracker_ndi"):
+        path = resource("rigs", f"{name}.toml")
+        assert value_of_text(rig, str(path)) == path
+
+
 def test_what_is_typed_is_read_as_people_write_it(tmp_path: Path) -> None:
     assert value_of_text(spec_of("temperature.part_c"), " 21,5 ") == 21.5
     assert value_of_text(spec_of("window.sounds"), "No") is False
