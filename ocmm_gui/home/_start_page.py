@@ -139,7 +139,8 @@ class StartPage(QWidget):
         if state.simulated:
             self.hint.setText(
                 tr(
-                    "The measurements are SIMULATED. New here? Press Demo (F9) and touch a virtual part."
+                    "The measurements are SIMULATED. New here? Press Demo (F9) and touch a "
+                    "virtual part."
                 )
             )
         elif usable:
