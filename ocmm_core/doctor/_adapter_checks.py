@@ -59,6 +59,11 @@ _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _LEAST_MBIT, _MOST_MBIT = 100, 1000
 """EtherCAT is 100 Mbit/s (IEC 61158-2 type 12); a lower rate indicates a bad cable."""
 
+_BUFFERS = "/proc/sys/net/core/rmem_max"
+_LEAST_BUFFER, _BUFFER = 4 << 20, 16 << 20
+"""Requested for each camera, and recommended."""
+_JUMBO = 8000
+
 _LINK_LOCAL = "20"
 """Scope of IPv6 addresses that every adapter has."""
 
@@ -268,6 +273,36 @@ def offloads(computer: Computer) -> result.Answer:
         f"Turn it off: ethtool -K {name} {_ethtool_text(wrong)}",
         wrong,
     )
+
+
+def image_network(computer: Computer) -> result.Answer:
+    """Return whether images of GigE Vision cameras fit into receive buffers and large packets."""
+    limit = computer.number(_BUFFERS)
+    if limit < _LEAST_BUFFER:
+        return result.amber(
+            "images.buffer",
+            f"The kernel allows receive buffers of {limit >> 10} kB; images need "
+            f"{_LEAST_BUFFER >> 10} kB, or packets are lost.",
+            f"Set it: sysctl -w net.core.rmem_max={_BUFFER}, and in /etc/sysctl.d for the next "
+            "start.",
+            (result.kernel_file(_BUFFERS, str(limit), str(_BUFFER)),),
+        )
+    small = [
+        f"{name} {size}"
+        for name in computer.names(NETWORK)
+        if computer.has(f"{NETWORK}/{name}/device")
+        and computer.text(f"{NETWORK}/{name}/operstate").strip() == "up"
+        and not _carries_default_route(computer, name)
+        and (size := computer.number(f"{NETWORK}/{name}/mtu")) < _JUMBO
+    ]
+    if small:
+        return result.amber(
+            "images.packets",
+            f"Adapters with small packets (MTU): {', '.join(small)}. Cameras there send six times "
+            "as many packets as with jumbo frames.",
+            "If cameras are there: ip link set IFACE mtu 9000; set switch and cameras, too.",
+        )
+    return result.green("Receive buffers and packets are large enough for images.")
 
 
 def _carries_default_route(computer: Computer, name: str) -> bool:

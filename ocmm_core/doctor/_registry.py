@@ -19,7 +19,7 @@ from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.failure import contained
 from ocmm_core.seals import KnownEnd
-from ocmm_core.settings import SETTINGS_NAME, SettingsFile
+from ocmm_core.settings import SETTINGS_NAME, SettingsFile, Value
 
 SET_BACK = timedelta(seconds=60)
 """As in the records: a clock set back further is not trusted."""
@@ -205,21 +205,39 @@ def _factor(text: str, where: str) -> float:
     return float(text)
 
 
+_ROOT = Path("~root/.config/ocmm").expanduser()
+
+
+def _settings_folders(computer: Computer) -> tuple[Path, Path]:
+    """Return the folders of the settings of the station and of this user."""
+    found = computer.environment.get("XDG_CONFIG_DIRS") or "/etc/xdg"
+    config = computer.environment.get("XDG_CONFIG_HOME") or computer.home / ".config"
+    own = _ROOT if computer.uid == 0 else Path(config, "ocmm")
+    return Path(found.partition(":")[0], "ocmm"), own
+
+
+def _values(computer: Computer, folder: Path) -> dict[str, Value]:
+    return dict(SettingsFile(computer.place(folder / SETTINGS_NAME)).read().values)
+
+
+def images(computer: Computer) -> Answer:
+    """Return whether the computer takes the images of the industrial cameras of its settings."""
+    station, own = _settings_folders(computer)
+    source = {**_values(computer, station), **_values(computer, own)}.get("instrument.source", "")
+    if not str(source).startswith("genicam:"):
+        return green("The settings name no industrial cameras.")
+    return on_adapter.image_network(computer)
+
+
 def settings(computer: Computer) -> Answer:
     """Return whether root, as whom commands with sudo run, has the settings of the station."""
-    root = Path("~root/.config/ocmm").expanduser()
-    found = computer.environment.get("XDG_CONFIG_DIRS") or "/etc/xdg"
-    station = Path(found.partition(":")[0], "ocmm")
-    config = computer.environment.get("XDG_CONFIG_HOME") or computer.home / ".config"
-    own = root if computer.uid == 0 else Path(config, "ocmm")
+    root = _ROOT
+    station, own = _settings_folders(computer)
     if not computer.has(root / SETTINGS_NAME):
         return green("Root has no settings of its own.")
     # NotAskedError if this user cannot read it.
     computer.text(root / SETTINGS_NAME)
-    below, mine, of_root = (
-        SettingsFile(computer.place(folder / SETTINGS_NAME)).read().values
-        for folder in (station, own, root)
-    )
+    below, mine, of_root = (_values(computer, folder) for folder in (station, own, root))
     mine = {**below, **({} if own == root else mine)}
     different = sorted(key for key, value in of_root.items() if mine.get(key) != value)
     if not different:
@@ -280,6 +298,12 @@ CHECKS = (
         on_adapter.coalescing,
     ),
     CheckSpec("offloads", "Adapter offloads", "`gro` and `lro` off (ethtool)", on_adapter.offloads),
+    CheckSpec(
+        "images",
+        "Images of industrial cameras",
+        "receive buffers of 4 MB or more, jumbo frames (MTU 9000) on adapters in use",
+        images,
+    ),
     CheckSpec("group", "Group", "the user is in the group `ocmm`", in_kernel.group),
     CheckSpec(
         "rights",

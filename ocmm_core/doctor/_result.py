@@ -48,7 +48,7 @@ _PLACES = {
     ChangeKind.KERNEL_FILE: re.compile(
         r"/sys/devices/system/cpu/cpu\d{1,4}/"
         r"(?:cpufreq/scaling_governor|cpuidle/state\d{1,2}/disable)"
-        r"|/proc/irq/\d{1,6}/smp_affinity_list"
+        r"|/proc/irq/\d{1,6}/smp_affinity_list|/proc/sys/net/core/rmem_max"
     ),
     ChangeKind.NEW_FILE: re.compile(re.escape(LIMITS)),
     ChangeKind.ADAPTER: re.compile(

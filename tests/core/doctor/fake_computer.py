@@ -130,6 +130,12 @@ def good_computer(root: Path) -> Computer:
     put(computer, "/etc/ocmm/bus.env", "OCMM_INTERFACE=enp3s0\n")
     put(computer, f"{ADAPTER}/operstate", "up\n")
     put(computer, f"{ADAPTER}/speed", "100\n")
+    put(computer, f"{ADAPTER}/mtu", "9000\n")
+    put(computer, "/proc/sys/net/core/rmem_max", "16777216\n")
+    put(
+        computer, HOME / ".config/ocmm/settings.toml",
+        'schema = "ocmm.settings/1"\n\n[instrument]\nsource = "genicam:1,2"\n',
+    )  # fmt: skip
     put(computer, "/proc/net/route", f"{_ROUTE}eno1{DEFAULT_ROUTE}")
     for irq in (40, 41):
         put(computer, f"{ADAPTER}/device/msi_irqs/{irq}", "msix\n")

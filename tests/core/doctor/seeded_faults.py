@@ -234,6 +234,10 @@ FAULTS: dict[str, tuple[str, Light, Fault]] = {
     "screen too small": (
         "screen.small", Light.RED, written("/sys/class/drm/card0-HDMI-A-1/modes", "800x600\n"),
     ),
+    "receive buffers too small": (
+        "images.buffer", Light.AMBER, written("/proc/sys/net/core/rmem_max", "212992\n"),
+    ),
+    "small packets of images": ("images.packets", Light.AMBER, written(f"{ADAPTER}/mtu", "1500\n")),
     "screen scaled too large": ("screen.small", Light.RED, scaled),
     "screen narrow": (
         "screen.narrow", Light.AMBER,

@@ -137,7 +137,7 @@ def test_a_computer_without_anything_ends_without_a_traceback(tmp_path: Path) ->
     tmp_path.mkdir()
     found = lights(examine(computer)[0])
     assert {name for name, one in found.items() if one is Light.GREEN} <= {
-        "program", "clock", "disk", "settings",
+        "program", "clock", "disk", "settings", "images",
     }  # fmt: skip
 
 
