@@ -300,7 +300,7 @@ def image_network(computer: Computer) -> result.Answer:
             "images.packets",
             f"Adapters with small packets (MTU): {', '.join(small)}. Cameras there send six times "
             "as many packets as with jumbo frames.",
-            "If cameras are there: ip link set IFACE mtu 9000; set switch and cameras, too.",
+            "For adapters of cameras: ip link set IFACE mtu 9000, also in switch and cameras.",
         )
     return result.green("Receive buffers and packets are large enough for images.")
 
