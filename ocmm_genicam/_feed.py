@@ -67,7 +67,7 @@ def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected
             "genicam.source",
             f"Cameras are set up by their serial numbers, {PREFIX}SERIAL,SERIAL, and the source is "
             f"{source!r}.",
-            "Give the cameras as the source; ocmm camera genicam lists them.",
+            "Choose them in the settings or by --source; ocmm camera genicam lists them.",
         )
     require_cameras_of(rig, serials)
     period_ns = round(1e9 / rig.frame_rate_hz)

@@ -162,10 +162,7 @@ class CameraSheet(WorkSheet):
         self.fields["board"].setFocus()
         self.show_message(tr("Opening the cameras"))
         self._calls = Worker("ocmm-cameras", self)
-
-        self._calls.do(
-            lambda: load_rig(settings.instrument_rig), self._on_rig, self._on_failed
-        )  # fmt: skip
+        self._calls.do(lambda: load_rig(settings.instrument_rig), self._on_rig, self._warn)
 
     def close_work(self) -> None:
         super().close_work()
@@ -202,9 +199,8 @@ class CameraSheet(WorkSheet):
         source, calls = self._settings().instrument_source, self._calls
         if calls is not None:
             calls.do(
-                lambda: ViewfinderProcess(*named_cameras(source, rig)), self._on_opened,
-                self._on_failed,
-            )  # fmt: skip
+                lambda: ViewfinderProcess(*named_cameras(source, rig)), self._on_opened, self._warn
+            )
 
     def _on_opened(self, finder: ViewfinderProcess) -> None:
         self._finder = finder
@@ -258,8 +254,11 @@ class CameraSheet(WorkSheet):
 
         calls.do(lambda: deed(finder), finished, failed)
 
-    def _on_failed(self, error: Exception) -> None:
+    def _warn(self, error: Exception) -> None:
         self.show_message(said(str(error)), warns=True)
+
+    def _on_failed(self, error: Exception) -> None:
+        self._warn(error)
         self.failed.emit(error)
 
     def _take_view(self) -> None:
