@@ -106,8 +106,8 @@ class ViewCoach:
     def _poses(self, views: BoardViews, index: int) -> tuple[Pixels, Pixels]:
         """Return tilts of the board (n, 2), and distances (n,), mm, in one camera.
 
-        Tilts are parts of its normal away from the camera: positive, where the board is nearer to
-        the right and below.
+        Tilts are parts of its normal away from the camera: positive if the board is nearer to the
+        right and below.
         """
         _, poses = start_camera(self._cameras[index], self._board, views, index)
         normals = np.stack([pose.rotation[:, 2] for pose in poses.values()])

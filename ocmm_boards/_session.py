@@ -39,7 +39,7 @@ def run_session(
     who: str, temperature: Temperature | None = None, valid_days: int = 365, force: bool = False,
     kept: Callable[[Path], None] = lambda path: None,
 ) -> BoardSession:  # fmt: skip
-    """Keep the corners beside the records, then calibrate and compare; nothing is accepted.
+    """Keep the corners next to the records, then calibrate and compare; nothing is accepted.
 
     ``kept`` gets the file of the corners before anything is computed. Errors as
     `calibrate_with_board`.

@@ -60,7 +60,7 @@ class Spots:
 
 
 class Grabber:
-    """Takes the buffers of one camera in a thread of its own.
+    """Takes the buffers of one camera in a separate thread.
 
     `clock` is read once a second in the same thread: a camera has one owner; None: exposure times
     are not proven. `wake` is called after each new frame and at the end.

@@ -166,7 +166,7 @@ class SheetFigures(msgspec.Struct, frozen=True, kw_only=True):
     """Figures of one placement; U (k = 2) in µm, None if no node has a number.
 
     ``without``: nodes without a number by reason; ``light``: largest blur, px, faintest and
-    brightest pixel by the saturation; ``why``: why there is no prediction.
+    brightest pixel by the saturation; ``why``: reason for no prediction.
     """
 
     nodes: int = 0

@@ -1,6 +1,6 @@
 """Setting up GenICam cameras: live pictures, exposure, views of a board, and a calibration by them.
 
-The cameras are used by this page alone, so that it is opened where no job is.
+The cameras are used by this page alone, so that it is opened without a job.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ocmm_core.calibration.records import CalibrationStore, default_folder, stor
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Int
+from ocmm_core.options import DEFAULT_OPERATOR
 from ocmm_core.settings import Settings
 from ocmm_genicam import Brightness, CameraLook, ViewfinderProcess, named_cameras
 from ocmm_gui import kit
@@ -313,7 +314,7 @@ class CameraSheet(WorkSheet):
             return
         self.show_session(None)
         board, views = words
-        who = self.fields["who"].text().strip() or tr("unnamed")
+        who = self.fields["who"].text().strip() or DEFAULT_OPERATOR
         self._start(
             tr("Calibration"), partial(run_folder, rig, self._calibrations(), board, views, who)
         )
@@ -325,7 +326,7 @@ class CameraSheet(WorkSheet):
         self.show_session(answer)
 
     def show_session(self, session: BoardSession | None) -> None:
-        """Show a calibration that can be accepted; None: there is none."""
+        """Show a calibration that can be accepted, or None."""
         self._session = session
         self.result.setText("" if session is None else _summary(session))
         self._enable()

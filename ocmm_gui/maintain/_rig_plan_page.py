@@ -119,9 +119,11 @@ class RigPlanPage(ComputedPage):
         plots.setSpacing(8)
         for index, plot in enumerate(self._compared):
             plots.addWidget(plot, index // 2, index % 2)
-            plot.setVisible(index < 2)
         right = kit.vbox((plots, 1), self.places, spacing=8)
         kit.hbox((left, 4), (right, 7), parent=self, spacing=8, margins=0)
+        # Without a parent each would be a window.
+        for plot in self._compared[2:]:
+            plot.hide()
 
     def summary(self) -> str:
         return self._sentence.text()

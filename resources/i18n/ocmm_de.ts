@@ -1805,10 +1805,6 @@ Startet: {source}</translation>
         <translation>Ansicht {number} ist gespeichert.</translation>
     </message>
     <message>
-        <source>unnamed</source>
-        <translation>ohne Namen</translation>
-    </message>
-    <message>
         <source>In force, and SUSPECT until it is verified: Calibrate (M), Verification.</source>
         <translation>In Kraft und FRAGLICH bis zur Verifikation: Kalibrieren (M), Verifikation.</translation>
     </message>
