@@ -230,8 +230,10 @@ def expose(
         if keep:
             cameras.store()
     rows = [
-        (one.serial, f"{one.exposure_us:.6g}", f"{one.gain:.4g}", f"{100.0 * one.brightest:.0f} %",
-         f"{one.width_px:.2f}", str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness))
+        (one.serial, *(text.replace("nan", "–") for text in (
+            f"{one.exposure_us:.6g}", f"{one.gain:.4g}", f"{100.0 * one.brightest:.0f} %",
+            f"{one.width_px:.2f}")),
+         str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness))
         for one in looks
     ]  # fmt: skip
     columns = heads("Serial", "Exposure, µs", "Gain", "Brightest", "Spot px", "LEDs", "Incomplete",
