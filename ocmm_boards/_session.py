@@ -19,7 +19,7 @@ from ocmm_core.calibration import guided
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, rig_from_record, store_folder
 from ocmm_core.camera import Rig
-from ocmm_core.documents import write_new
+from ocmm_core.export import write_together
 
 SCHEMA = "ocmm.board-views/1"
 
@@ -78,7 +78,6 @@ def run_folder(
 def _keep(folder: Path, board: Board, views: BoardViews, rig: Rig, who: str, now: datetime) -> Path:
     """Write all corners before anything is computed; return the new file."""
     path = folder / now.strftime("boards-%Y%m%dT%H%M%S%f.json")
-    folder.mkdir(parents=True, exist_ok=True)
     seen = np.where(np.isfinite(views.uv), views.uv, -1.0)
     content = {
         "schema": SCHEMA,
@@ -93,5 +92,5 @@ def _keep(folder: Path, board: Board, views: BoardViews, rig: Rig, who: str, now
         "levels": views.levels.tolist(),
         "left_out": list(views.left_out),
     }
-    write_new(path, msgspec.json.encode(content))
+    write_together({path: msgspec.json.encode(content)})
     return path

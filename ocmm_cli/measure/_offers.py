@@ -162,7 +162,7 @@ def plan_rig(
     """
     from ocmm_cli.terminal import tip_map
     from ocmm_core.calibration.records import default_folder, open_calibration
-    from ocmm_core.documents import write_atomic
+    from ocmm_core.export import write_together
     from ocmm_core.measuring import map_range
     from ocmm_planner import (
         evaluate_plan,
@@ -180,12 +180,10 @@ def plan_rig(
             step=lambda share: tell(tr("Predicting the rig"), share),
         )  # fmt: skip
     content = msgspec.json.encode(sheet)
-    out.mkdir(parents=True, exist_ok=True)
     written = [out / f"{document.stem}_rig{ending}" for ending in (".json", ".svg")]
-    write_atomic(written[0], content)
     top = map_from_above(sheet)
     picture = tip_map(top, map_range([top]), f"{sheet.plan}, {sheet.probe}: U (k = 2)")
-    write_atomic(written[1], picture.encode("utf-8"))
+    write_together(dict(zip(written, (content, picture.encode("utf-8")), strict=True)))
     if pdf:
         written.append(written[0].with_suffix(".pdf"))
         print_pages(

@@ -88,7 +88,6 @@ def predict_request(request: RigPlanRequest, tell: Teller) -> RigPlanAnswer:
         pdf = rig_sheet_pdf(sheet, request.language)
     stem = request.out / f"{request.plan.stem}_rig"
     files = {stem.with_suffix(".json"): msgspec.json.encode(sheet), stem.with_suffix(".pdf"): pdf}
-    request.out.mkdir(parents=True, exist_ok=True)
     tell.commit()
     write_together(files)
     return RigPlanAnswer(sheet, described, tuple(files))

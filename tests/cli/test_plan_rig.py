@@ -30,3 +30,11 @@ def test_writes_json_map_and_sheet(ocmm_here: Ocmm, tmp_path: Path) -> None:
     # It is 135 mm farther out, and its calibration is as deep as the volume.
     assert found["calibrated"]["away_mm"] == pytest.approx([135.0, 135.0], abs=0.5)
     assert 0.3 < found["calibrated"]["ratios"][0] < 0.9
+
+
+@pytest.mark.parametrize("folder", ["/proc/nothing", "/etc/passwd"])
+def test_a_folder_that_cannot_be_used_is_named(ocmm_here: Ocmm, folder: str) -> None:
+    plan = resource("rig_plans", "thesis.toml")
+    ran = ocmm_here("plan", "rig", str(plan), "--out", folder, "--search", "0")
+    assert ran.returncode == 2
+    assert folder in " ".join(ran.stderr.split())
