@@ -9,8 +9,8 @@ import typer
 from rich.text import Text
 
 from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, tr, tr_word
-from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
+from ocmm_core.export import write_together
 
 if TYPE_CHECKING:
     from ocmm_core.measuring import ProbeReport
@@ -117,7 +117,7 @@ def print_report(console: PlainConsole, report: ProbeReport) -> None:
 
 
 def write_figures(report: ProbeReport, out: Path) -> list[Path]:
-    """Write maps and bending line and return their names; InputError if that fails."""
+    """Write maps and bending line and return their names; StorageError if that fails."""
     from ocmm_cli.terminal import bending, tip_map
     from ocmm_core.measuring import map_range
 
@@ -135,14 +135,5 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
         files["probe_bending.svg"] = bending(
             report.mechanics, f"Bending of the probe '{report.probe}'"
         )
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, text in files.items():
-            write_atomic(out / name, text.encode("utf-8"))
-    except OSError as error:
-        raise InputError(
-            "design.unwritable",
-            f"{out}: the figures cannot be written ({error.strerror}).",
-            "Give a writable folder with --out.",
-        ) from error
+    write_together({out / name: text.encode("utf-8") for name, text in files.items()})
     return [out / name for name in files]
