@@ -47,8 +47,7 @@ def form_words(feature: evaluation.FeatureView) -> str:
     fit = feature.fit
     if fit is None or feature.shape is Shape.POINT:
         return DASHES
-    known = len(feature.points) > MINIMUM_POINTS[feature.shape]
-    return millimetres(fit.form if known else None)
+    return millimetres(fit.form if len(feature.points) > MINIMUM_POINTS[feature.shape] else None)
 
 
 def led_name(number: int) -> str:
@@ -205,8 +204,7 @@ def _commanding(found: CommandingPoints) -> str:
     else:
         text = tr("Without point {numbers} the others fit with rms {rms}. Remove it? Press Del.")
         fold = ""
-    rms = length_words(found.rms_without)
-    return text.format(numbers=named, fold=fold, rms=rms)
+    return text.format(numbers=named, fold=fold, rms=length_words(found.rms_without))
 
 
 def _off(number: int, residuals: Mapping[int, float]) -> str:

@@ -174,7 +174,6 @@ def form_grid(
         if down:
             column, row = divmod(number, down)
         buddy = None if isinstance(field, QLabel) else field
-        words = caption(field.accessibleName(), buddy, pixels)
-        grid.addWidget(words, first + row, 2 * column)
+        grid.addWidget(caption(field.accessibleName(), buddy, pixels), first + row, 2 * column)
         grid.addWidget(field, first + row, 2 * column + 1)
     return grid

@@ -62,8 +62,7 @@ def serve_ippdme(
         failures.append(error)
         console.show(str(error))
 
-    request = site.request(resource("plans", POINTS))
-    built = build_station(replace(request, stay=True, idle=True))
+    built = build_station(replace(site.request(resource("plans", POINTS)), stay=True, idle=True))
     header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
     try:
         service = DmeService(built.station, built.hand, header, options, console.show, fail)

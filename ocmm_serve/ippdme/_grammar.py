@@ -269,8 +269,7 @@ class _Reader:
 def number_text(value: float) -> str:
     """Return a number in at most 16 characters: six decimals while they fit."""
     if not math.isfinite(value):
-        msg = f"{value} cannot be sent"
-        raise ValueError(msg)
+        raise ValueError(f"{value} cannot be sent")
     text = f"{value:.6f}"
     text = text.rstrip("0").rstrip(".") if len(text) <= _MOST_DIGITS else f"{value:.8e}"
     return "0" if text == "-0" else text

@@ -98,8 +98,7 @@ class MarkerErrors:
         if noise.growth == "distance":
             away = np.linalg.norm(places - self._head, axis=1)
             sight, grown = (places - self._head) / away[:, None], away / noise.distance
-        along = np.sum(errors * sight, axis=1)
-        more = along * (ratio * grown - 1.0)
+        more = np.sum(errors * sight, axis=1) * (ratio * grown - 1.0)
         found: Float = grown[:, None] * (errors + sight * more[:, None])
         return found
 

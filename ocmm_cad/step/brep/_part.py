@@ -121,8 +121,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     static(BRepBndLib, "Add")(compound, box, False)
     size = float(np.linalg.norm(vector(box.CornerMax()) - vector(box.CornerMin())))
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
-        msg = "its size is no size of a part"
-        raise ValueError(msg)
+        raise ValueError("its size is no size of a part")
     is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces
     )
@@ -275,8 +274,7 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
         return None
     points = part_model.places_at(made, np.clip(as_spline, made.low, made.high))
     truth = np.array([vector(surface.Value(float(u), float(v))) for u, v in tried])
-    off = float(np.linalg.norm(points - truth, axis=1).max())
-    return mapped if off <= _EXACT_MM else None
+    return mapped if float(np.linalg.norm(points - truth, axis=1).max()) <= _EXACT_MM else None
 
 
 def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
@@ -323,6 +321,5 @@ def _chained(pieces: Sequence[Float]) -> Float:
     for _ in pieces:
         left[at] = False
         chain.append(pieces[at][:-1])
-        away = np.abs(starts - pieces[at][-1]).max(axis=1)
-        at = int(np.argmin(np.where(left, away, np.inf)))
+        at = int(np.argmin(np.where(left, np.abs(starts - pieces[at][-1]).max(axis=1), np.inf)))
     return np.concatenate(chain)

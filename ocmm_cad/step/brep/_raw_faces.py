@@ -202,8 +202,7 @@ def _check(face: StepFace) -> None:
     """Refuse infinite sizes and places, which JSON cannot represent either."""
     sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
     if not all(map(math.isfinite, (*sizes, *face.point, *face.direction, *face.across))):
-        msg = f"the size or place of a {face.shape} is not a number"
-        raise ValueError(msg)
+        raise ValueError(f"the size or place of a {face.shape} is not a number")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,12 +224,10 @@ class _Curves:
         off = np.linalg.norm(lines[at] - self.middles, axis=1)
         for row in np.flatnonzero(off > _GAP_MM).tolist():
             # The parameter of an edge may run differently on the surface without moving the line.
-            line = lines[self.starts[row] : self.starts[row + 1]]
-            away = _away(self.middles[row], line)
+            away = _away(self.middles[row], lines[self.starts[row] : self.starts[row + 1]])
             if away <= _GAP_MM:
                 continue
-            msg = f"its edges lie off its surface (by {away:.3g} mm)"
-            raise ValueError(msg)
+            raise ValueError(f"its edges lie off its surface (by {away:.3g} mm)")
 
     def on_face(self) -> Float:
         """Return the parameters (n, 2) of all edges on the face."""
@@ -304,8 +301,7 @@ def rims_of(
     ValueError for an edge without a place: a target could lie on it unnoticed.
     """
     if not np.isfinite(lengths).all():
-        msg = "the place of an edge is not a number"
-        raise ValueError(msg)
+        raise ValueError("the place of an edge is not a number")
     ends = starts.tolist()
     # The tip of a cone or the pole of a sphere is an edge in the parameters only.
     return tuple(
@@ -320,8 +316,7 @@ def go_round(ends: Float) -> bool:
     loose = ends[np.abs(ends[:, 0] - ends[:, 1]).max(axis=1) > _GAP_MM].reshape(-1, 3)
     if not len(loose):
         return True
-    tree = cKDTree(loose)
-    if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
+    if not np.any(cKDTree(loose).query_ball_point(loose, _GAP_MM, return_length=True) % 2):
         return True
     # Edges no longer than a gap, as of a curve exported as a thousand lines: chains of near ends
     # belong to one corner.
