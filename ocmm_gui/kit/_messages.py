@@ -12,8 +12,17 @@ from ocmm_core.features.shapes import CRITERIA, MINIMUM_POINTS, Shape
 from ocmm_core.inspection import evaluation
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
-from ocmm_gui.kit._texts import later, said, said_word, tr
+from ocmm_gui.kit._texts import (
+    later,
+    length_number,
+    length_words,
+    localised,
+    numbers_in_use,
+    said,
+    said_word,
+    tr,
+    unit_word,
+)
 
 DASHES = "———"
 """Placeholder for unknown or suspect numbers."""
