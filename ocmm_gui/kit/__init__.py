@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         stacked, value_label, vbox,
     )  # fmt: skip
     from ocmm_gui.kit._sheet import (
-        ChoiceBox, FormField, LateParts, Sheet, caption, form_field, form_grid,
+        ChoiceBox, FormField, LateParts, Sheet, TableImport, caption, form_field, form_grid,
     )  # fmt: skip
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S, F_KEYS, SHORT, DebouncedCommand, bind_actions, conflict_of, keeps_keys,
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
         usable_keys, use_shortcuts,
     )  # fmt: skip
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
-    from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
         INCH_MM, LANGUAGES, NumberStyle, chosen_language, day_words, field_length, is_ambiguous,
         language_in_use, later, length_number, length_words, literal, localised, numbers_in_use,
