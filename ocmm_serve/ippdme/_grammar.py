@@ -269,7 +269,8 @@ class _Reader:
 def number_text(value: float) -> str:
     """Return a number in at most 16 characters: six decimals while they fit."""
     if not math.isfinite(value):
-        raise ValueError(f"{value} cannot be sent")
+        msg = f"{value} cannot be sent"
+        raise ValueError(msg)
     text = f"{value:.6f}"
     text = text.rstrip("0").rstrip(".") if len(text) <= _MOST_DIGITS else f"{value:.8e}"
     return "0" if text == "-0" else text

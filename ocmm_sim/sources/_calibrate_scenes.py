@@ -292,7 +292,8 @@ def acceptance_feed(
     require_scenes(source)
     make = source_of(source).spec.scenes
     if make is None:
-        raise ValueError(f"{source!r} is no virtual rig")
+        msg = f"{source!r} is no virtual rig"
+        raise ValueError(msg)
     away = np.array(stage.instrument.away)
     script = site.script(_scenes_of_acceptance(site, view, stage.artefacts, away))
     return make(script, speed), script.build().n_frames

@@ -209,7 +209,8 @@ def _without_crossings(reader: Any) -> None:
 def _together(shapes: list[Any]) -> Any:
     shapes = [one for one in shapes if one is not None and not one.IsNull()]
     if not shapes:
-        raise ValueError("contains no shape")
+        msg = "contains no shape"
+        raise ValueError(msg)
     return shapes[0] if len(shapes) == 1 else compound_of(shapes)
 
 

@@ -142,7 +142,8 @@ def surface_numbers(surface: Any) -> tuple[int, Float, Float]:
     """Return kind, frame (4, 3), sizes (2,) as for `_surface_kernel.run_along`, or ValueError."""
     known = _kinds().get(surface.GetType())
     if known is None:
-        raise ValueError(f"a {kind_of(surface)} is not written out")
+        msg = f"a {kind_of(surface)} is not written out"
+        raise ValueError(msg)
     kind, word = known
     shape = getattr(surface, word)()
     position, at = shape.Position(), shape.Location()

@@ -121,7 +121,8 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     static(BRepBndLib, "Add")(compound, box, False)
     size = float(np.linalg.norm(vector(box.CornerMax()) - vector(box.CornerMin())))
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
-        raise ValueError("its size is no size of a part")
+        msg = "its size is no size of a part"
+        raise ValueError(msg)
     is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces
     )

@@ -202,7 +202,8 @@ def _check(face: StepFace) -> None:
     """Refuse infinite sizes and places, which JSON cannot represent either."""
     sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
     if not all(map(math.isfinite, (*sizes, *face.point, *face.direction, *face.across))):
-        raise ValueError(f"the size or place of a {face.shape} is not a number")
+        msg = f"the size or place of a {face.shape} is not a number"
+        raise ValueError(msg)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,7 +228,8 @@ class _Curves:
             away = _away(self.middles[row], lines[self.starts[row] : self.starts[row + 1]])
             if away <= _GAP_MM:
                 continue
-            raise ValueError(f"its edges lie off its surface (by {away:.3g} mm)")
+            msg = f"its edges lie off its surface (by {away:.3g} mm)"
+            raise ValueError(msg)
 
     def on_face(self) -> Float:
         """Return the parameters (n, 2) of all edges on the face."""
@@ -301,7 +303,8 @@ def rims_of(
     ValueError for an edge without a place: a target could lie on it unnoticed.
     """
     if not np.isfinite(lengths).all():
-        raise ValueError("the place of an edge is not a number")
+        msg = "the place of an edge is not a number"
+        raise ValueError(msg)
     ends = starts.tolist()
     # The tip of a cone or the pole of a sphere is an edge in the parameters only.
     return tuple(
