@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from ocmm_boards._board import Board, BoardDocument
 from ocmm_boards._corners import BoardViews, view_patterns
 from ocmm_core.acquisition.frames import SourceDescription
-from ocmm_core.camera import CameraModel, Rig, encoder_for
+from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.documents import files_of_folder, write_new
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.fieldbus.objects import encoder_for
 from ocmm_core.geometry import Float, Pixels
 from ocmm_core.side_files import OversizeError, read_guarded
 from ocmm_genicam import AravisCameras, GenicamSource, named_cameras

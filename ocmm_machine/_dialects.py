@@ -16,8 +16,7 @@ from lxml import etree
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.report import spreadsheet_text
-from ocmm_machine._document import ControlOffset, CorrectionDocument
-from ocmm_machine._facts import CorrectionLine
+from ocmm_machine._document import ControlOffset, CorrectionDocument, CorrectionLine
 
 _CHECK = "CHECK: the control must show the old values before this is loaded"
 _PRACTICE = "PRACTICE - SIMULATED - NOT FOR A MACHINE"

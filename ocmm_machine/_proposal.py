@@ -19,13 +19,16 @@ from scipy import stats
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions import CharacteristicResult
-from ocmm_machine._document import ControlOffset, CorrectionDocument, Drive, vector_of
-from ocmm_machine._facts import (
+from ocmm_machine._document import (
+    ControlOffset,
+    CorrectionDocument,
     CorrectionLine,
+    Drive,
     MeasuredValue,
     PartFacts,
     count_since,
     values_in_force,
+    vector_of,
 )
 
 _SMALLEST = 1e-9

@@ -16,8 +16,13 @@ from ocmm_core.documents import digest, write_new
 from ocmm_core.errors import InputError, MeasuringError, StorageError
 from ocmm_core.seals import Signed
 from ocmm_machine._dialects import correction_file
-from ocmm_machine._document import CorrectionDocument, load_corrections
-from ocmm_machine._facts import CorrectionLine, read_parts, values_in_force
+from ocmm_machine._document import (
+    CorrectionDocument,
+    CorrectionLine,
+    load_corrections,
+    read_parts,
+    values_in_force,
+)
 from ocmm_machine._proposal import Proposal, propose
 
 

@@ -235,8 +235,7 @@ class PublishedStation:
             lines = connection.makefile("rb")
             hello = msgspec.json.decode(lines.readline(_LONGEST_LINE))
             after = hello["last_seq"]
-            request = {"resume": after, "poses": False}
-            connection.sendall(msgspec.json.encode(request) + b"\n")
+            connection.sendall(msgspec.json.encode({"resume": after, "poses": False}) + b"\n")
             state = StateFacts(
                 online=True, reason="", simulated=hello["simulated"], job=hello["job"]
             )

@@ -93,8 +93,7 @@ def plan_for(plan: Path | None, source: str) -> Path:
 
     if plan is not None:
         return plan
-    virtual = origin_of(source) is Origin.VIRTUAL
-    return DEMO_PLAN if virtual else resource("plans", POINTS)
+    return DEMO_PLAN if origin_of(source) is Origin.VIRTUAL else resource("plans", POINTS)
 
 
 @contextmanager

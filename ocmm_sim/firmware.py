@@ -111,8 +111,7 @@ class FirmwareBanks:
     def finish(self) -> Firmware:
         """Check the written firmware and select it for a trial; raise InputError if unfit."""
         other = 1 - self._running
-        image = bytes(self._banks[other][: self._at])
-        found = Firmware.read(image, MAKER)
+        found = Firmware.read(bytes(self._banks[other][: self._at]), MAKER)
         found.check_for()
         self._sizes[other] = self._at
         self._note(self._newest()[0] + 1, other, 1, 0)
@@ -126,14 +125,12 @@ class FirmwareBanks:
             return None
 
     def _newest(self) -> tuple[int, int, int, int]:
-        found = [each for each in map(_unsealed, self._records) if each is not None]
-        return max(found)
+        return max(filter(None, map(_unsealed, self._records)))
 
     def _note(self, number: int, bank: int, trial: int, starts: int) -> None:
         """Overwrite the older record; the other stays valid until complete."""
         known = [_unsealed(each) for each in self._records]
-        older = min(range(2), key=lambda place: known[place] or (-1, 0, 0, 0))
-        record = self._records[older]
+        record = self._records[min(range(2), key=lambda place: known[place] or (-1, 0, 0, 0))]
         self._spoil(record, 0, len(record))
         record[:] = _sealed(number, bank, trial, starts)
 

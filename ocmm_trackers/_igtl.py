@@ -196,8 +196,7 @@ def _points(_device: str, body: bytes) -> Pose:
 
 
 def _status(_device: str, body: bytes) -> DeviceStatus:
-    code = struct.unpack_from(">HQ20s", body)[0]
-    return DeviceStatus(code, printable(body[30:]))
+    return DeviceStatus(struct.unpack_from(">HQ20s", body)[0], printable(body[30:]))
 
 
 def _sensor(_device: str, body: bytes) -> SensorValues:

@@ -31,8 +31,7 @@ class GeometryProof(Enum):
 
 def flatness(leds: Float) -> float:
     """Return the RMS distance of LEDs (L, 3) from their plane, mm."""
-    spread = np.linalg.svd(leds - leds.mean(axis=0))[1]
-    return float(spread[2] / np.sqrt(len(leds)))
+    return float(np.linalg.svd(leds - leds.mean(axis=0))[1][2] / np.sqrt(len(leds)))
 
 
 def judge_geometry(places: Float, leds: Float, sigma: float) -> GeometryProof:

@@ -298,8 +298,7 @@ def _jump(wrong: WrongClock, rng: random.Random, until: datetime, latest: dateti
     """Set the clock: by any jump, to the end of validity, or on from the latest moment."""
     way = rng.random()
     if way < 0.4:
-        moment = datetime.now(UTC) + _drawn(rng)
-        wrong.set_to(min(max(moment, _FIRST), _LAST))
+        wrong.set_to(min(max(datetime.now(UTC) + _drawn(rng), _FIRST), _LAST))
     elif way < 0.7:
         wrong.set_to(until + timedelta(seconds=rng.choice((-1.0, 1.0)) * rng.uniform(2.0, 900.0)))
     elif way < 0.9:
@@ -313,8 +312,7 @@ def _killed(work: Callable[[], object], rng: random.Random) -> None:
         work()
 
     child, pipe = forked(run)
-    over = threading.Event()
-    over.wait(rng.uniform(0.0, _LONGEST_KILL_S))
+    threading.Event().wait(rng.uniform(0.0, _LONGEST_KILL_S))
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
     os.close(pipe)

@@ -162,8 +162,7 @@ def serve_faults() -> None:
     order = sorted(range(len(trials)), key=lambda at: ((at + seed) * _STRIDE) % len(trials))
     for number, at in enumerate(order[:runs]):
         if number not in done:
-            answer = [number, *_try(disk, Path(name), *trials[at])]
-            sys.stdout.write(json.dumps(answer) + "\n")
+            sys.stdout.write(json.dumps([number, *_try(disk, Path(name), *trials[at])]) + "\n")
             sys.stdout.flush()
 
 

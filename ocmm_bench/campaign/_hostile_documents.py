@@ -194,8 +194,7 @@ def recording_kinds(good: bytes) -> list[Forgery]:
 
     def headed(**changed: Any) -> bytes:
         new = {**head, **changed}
-        text = json.dumps(new, separators=(",", ":")).encode()
-        whole = {"head": new, "crc32": zlib.crc32(text)}
+        whole = {"head": new, "crc32": zlib.crc32(json.dumps(new, separators=(",", ":")).encode())}
         return json.dumps(whole, separators=(",", ":")).encode() + b"\n" + rest
 
     kinds = [

@@ -38,8 +38,6 @@ TABLES: dict[str, tuple[str, ...]] = {
     "seal": ("sequence", "key", "signature"),
 }  # fmt: skip
 
-Edit = Callable[[sqlite3.Connection], object]
-
 
 @dataclass(frozen=True, slots=True)
 class Forgery:

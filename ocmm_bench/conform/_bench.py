@@ -150,11 +150,9 @@ class Bench:
         self, state: int, *, sync0_ns: int = device.SYNC0_NS, without: Sequence[int] = ()
     ) -> None:
         """Write the registers for a state; `sync0_ns` 0 leaves SYNC0 off."""
-        numbers = {PREOP: (0, 1), SAFEOP: (2, 3)}.get(state, ())
-        for number in numbers:
+        for number in {PREOP: (0, 1), SAFEOP: (2, 3)}.get(state, ()):
             start, size, control, _status, _active, _kind = device.SYNC_MANAGERS[number]
-            active = 0 if number in without else 1
-            self.set_manager(number, start, size, control, active)
+            self.set_manager(number, start, size, control, 0 if number in without else 1)
         if state == SAFEOP:
             self._map(0, _LOGICAL, device.OUTPUT_START, device.OUTPUT_STRUCT.size, 2)
             self._map(
@@ -195,8 +193,7 @@ class Bench:
 
     def cycle(self, acknowledge: int | None = None, *, command: int = Command.LRW) -> ExchangeCycle:
         """Exchange process data once; acknowledge up to a number, or nothing."""
-        control = 0 if acknowledge is None else 1
-        return self.outputs(control, acknowledge or 0, command)
+        return self.outputs(0 if acknowledge is None else 1, acknowledge or 0, command)
 
     def outputs(self, control: int, number: int, command: int = Command.LRW) -> ExchangeCycle:
         """Exchange process data once with these outputs."""

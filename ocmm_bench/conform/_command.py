@@ -37,8 +37,7 @@ def conform_camera(
         # Reject invalid firmware before the bus is disturbed.
         Firmware.read(read_bytes(firmware))
     image = "" if firmware is None else str(firmware.absolute())
-    source = interface if ":" in interface else f"ethercat:{interface}"
-    named = bus_to_scan(source)
+    named = bus_to_scan(interface if ":" in interface else f"ethercat:{interface}")
     segment = segment_for(named, rig)
     if segment is not None:
         # By default the first camera: the test is for one.

@@ -219,7 +219,6 @@ def _eeprom() -> str:
         )
         for item in CONTROLLERS
     )  # fmt: skip
-    titles = ("Controller", "Word 0", "Word 1", "Word 2", "ConfigData")
     return "\n".join(
         (
             "## EEPROM\n",
@@ -227,7 +226,7 @@ def _eeprom() -> str:
             "clock (0x0140), pins (0x0150), length of a pulse (0x0982, in 10 ns). Without word 1\n"
             "an ET1100 makes SYNC0 an input, and without bit 10 of word 0 it gives none out. The\n"
             "file has the words of the first row; with another controller take those of its row.\n",
-            _table(titles, rows),
+            _table(("Controller", "Word 0", "Word 1", "Word 2", "ConfigData"), rows),
             "All words (ETG.2010):\n",
             _table(("Word", "Content"), SII_WORDS),
             CATEGORIES,

@@ -298,8 +298,7 @@ def repetition(bench: Bench, see: RuleFindings) -> None:
     first = bench.mail.sdo(struct.pack("<BHB4x", 0x40, 0x1018, 4))
     control = bench.number(_SM_IN_CONTROL, 1)
     bench.put(_SM_IN_CONTROL, bytes([control ^ 0x02]))
-    again = bench.mail.fetch(SDO_LIMIT_NS)
-    see.equal("The answer that is sent again", again, first)
+    see.equal("The answer that is sent again", bench.mail.fetch(SDO_LIMIT_NS), first)
     echo = bench.number(_SM_IN_CONTROL + 1, 1)
     see.equal("The repeat acknowledge bit (0x080F)", echo & 0x02, (control ^ 0x02) & 0x02)
     see.expect(bench.put(MAILBOX_IN_START, b"\x00") == 0, "The answer's mailbox can be written.")
@@ -312,8 +311,7 @@ def counters(bench: Bench, see: RuleFindings) -> None:
     bench.mail.reply_counters.clear()
     for _ in range(16):
         bench.mail.value(0x1000)
-    found = bench.mail.reply_counters
-    for one, next_one in itertools.pairwise(found):
+    for one, next_one in itertools.pairwise(bench.mail.reply_counters):
         see.equal("A mailbox counter", next_one, one % 7 + 1)
 
 

@@ -86,8 +86,7 @@ def read_only(bench: Bench, see: RuleFindings) -> None:
     bench.go(PREOP)
     for index, sub, entry in _entries(bench):
         if entry.access is device.Access.READ:
-            value = bytes(max(1, min(4, len(entry.value))))
-            found = bench.mail.write(index, sub, value)
+            found = bench.mail.write(index, sub, bytes(max(1, min(4, len(entry.value)))))
             _refused(see, f"Writing {index:#06x}:{sub:02X} {entry.name}", found, READ_ONLY)
 
 
@@ -147,8 +146,7 @@ def only_in_preop(bench: Bench, see: RuleFindings) -> None:
         for (index, sub), value in values.items():
             found = bench.mail.write(index, sub, value)
             _refused(see, f"Writing {index:#06x}:{sub:02X} while frames are made", found, STATE)
-        note = bench.mail.value(device.CALIBRATION, 5)
-        refused = bench.mail.write(device.CALIBRATION, 5, note)
+        refused = bench.mail.write(device.CALIBRATION, 5, bench.mail.value(device.CALIBRATION, 5))
         see.expect(refused is None, f"Writing the note (0x8010:05) in operation is {refused}.")
     bench.go(INIT)
 
@@ -204,8 +202,7 @@ def configuration_sum(bench: Bench, see: RuleFindings) -> None:
         values = [bench.mail.value(device.CONFIGURATION, sub) for sub in range(1, 6)]
         values += [bench.mail.value(device.WINDOWS, sub) for sub in range(1, 33)]
         expected = binascii.crc_hqx(b"".join(values), 0xFFFF)
-        header = bench.streaming().header
-        see.equal("config_crc in the header", header.config_crc, expected)
+        see.equal("config_crc in the header", bench.streaming().header.config_crc, expected)
     bench.go(INIT)
 
 

@@ -66,8 +66,7 @@ def inputs(bench: Bench, see: RuleFindings) -> None:
         see.expect(
             header.frames_valid <= FRAMES_PER_CYCLE, f"frames_valid is {header.frames_valid}."
         )
-        right_ns = bench.sync0_start + header.counter * SYNC0_NS
-        see.equal("start_ns", header.start_ns, right_ns)
+        see.equal("start_ns", header.start_ns, bench.sync0_start + header.counter * SYNC0_NS)
         see.expect(
             not header.status & ~_KNOWN_STATUS, f"Status {header.status:#x} has unknown bits."
         )
@@ -261,8 +260,7 @@ def system_time(bench: Bench, see: RuleFindings) -> None:
     begin, end = (min(each, key=lambda one: one[2] - one[0]) for each in (reading, after))
     passed = (end[0] + end[2] - begin[0] - begin[2]) / 2
     doubt = (end[2] - end[0] + begin[2] - begin[0]) / 2
-    wrong = abs(end[1] - begin[1] - passed) - doubt
-    ppm = max(0.0, wrong) / passed * 1e6
+    ppm = max(0.0, abs(end[1] - begin[1] - passed) - doubt) / passed * 1e6
     see.expect(ppm <= _MOST_PPM, f"The clock is {ppm:.0f} ppm wrong against this computer.")
 
 

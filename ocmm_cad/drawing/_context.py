@@ -217,8 +217,7 @@ class Context:
     def _check_nominal(self, item: Characteristic) -> None:
         if item.nominal == 0.0:
             return
-        is_angle = spec_of(item.kind).unit == "deg"
-        same, unit = (SAME_DEG, "degrees") if is_angle else (SAME_MM, "mm")
+        same, unit = (SAME_DEG, "degrees") if spec_of(item.kind).unit == "deg" else (SAME_MM, "mm")
         drawn = self.drawn_value(item)
         if not abs(drawn - item.nominal) <= same:
             names = " and ".join(item.features)

@@ -102,8 +102,7 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
         return plan, Account(remarks=("The model says nothing of tolerances.",))
     if pmi.fault:
         return plan, _all_refused(pmi)
-    features = {feature.name: feature for feature in plan.features}
-    context = Context(plan, Surfaces(model, features))
+    context = Context(plan, Surfaces(model, {feature.name: feature for feature in plan.features}))
     frames = DatumFrames(context, pmi.datums, pmi.targets)
     aligned = frames.align(pmi.tolerances)
     sizes = Sizes(context, asked)
@@ -189,8 +188,7 @@ def _annotation(
         )  # fmt: skip
     shown = next((by_entity[number] for number in one.shows if number in by_entity), None)
     if shown is None:
-        datum = labels.get(one.name)
-        shown = by_name.get(getattr(datum, "name", ""))
+        shown = by_name.get(getattr(labels.get(one.name), "name", ""))
     status: Status = "refused" if shown is None else shown.status
     why = "what it shows is not among the items of the file" if shown is None else shown.why
     return AccountItem(

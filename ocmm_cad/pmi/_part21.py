@@ -75,8 +75,7 @@ class Part21:
 
     def all_of(self, *types: str) -> list[int]:
         """Return the numbers of the entities of any of the types, in the order of the file."""
-        found = {number for word in types for number in self.by_type.get(word, ())}
-        return sorted(found)
+        return sorted({number for word in types for number in self.by_type.get(word, ())})
 
     def types(self, number: int) -> frozenset[str]:
         """Return the types of an entity; BadEntityError if missing."""

@@ -259,11 +259,9 @@ def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
     labels = Labels(file)
     aspects = Aspects(file)
     datums = Datums(file, aspects, labels.names)
-    dimensions = Dimensions(file, aspects, labels.names).all()
-    tolerances = Tolerances(file, aspects, labels.names).all()
     pmi = Pmi(
-        dimensions=dimensions,
-        tolerances=tolerances,
+        dimensions=Dimensions(file, aspects, labels.names).all(),
+        tolerances=Tolerances(file, aspects, labels.names).all(),
         datums=letters_twice(datums.all()),
         targets=datums.targets(),
         annotations=labels.annotations(aspects, _aspects_of_items(file)),
@@ -275,8 +273,7 @@ def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
 def _face(file: Part21, number: int) -> FaceText:
     try:
         words = ("ADVANCED_FACE", "FACE_SURFACE")
-        arguments = file.arguments(number, *words)
-        surface = refs(arguments[2])[0]
+        surface = refs(file.arguments(number, *words)[2])[0]
         records = file.records(surface)
     except (BadEntityError, IndexError):
         return FaceText(number, "unreadable")

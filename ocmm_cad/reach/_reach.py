@@ -292,8 +292,7 @@ class Reach:
             level = np.hypot(world[:, 0], world[:, 1])
             lean = _LEAN_GAIN * np.arctan2(level, world[:, 2])
             flat = world[:, :2] / np.maximum(level, 1e-9)[:, None]
-            wanted = np.column_stack([np.sin(lean)[:, None] * flat, np.cos(lean)])
-            likes = wanted @ handles.T
+            likes = np.column_stack([np.sin(lean)[:, None] * flat, np.cos(lean)]) @ handles.T
         cost = np.arccos(np.clip(likes, -1.0, 1.0))
         # A probe cannot come from below a surface, nor far off the axis of a bore.
         far = cost > _OFF_AXIS if axis_part is not None else world @ handles.T < _SKIMMING

@@ -43,8 +43,7 @@ def solid_of(body: ProbeBody, design: ProbeDesign | None) -> Float:
     face = np.cross(axis, across)
     for led in leds:
         # A post stands on the panel, or leads to the axis without one.
-        foot = led + (offset - led @ face) * face
-        rows.append(_bar(foot, led, _POST_MM, _POST_MM, BODY))
+        rows.append(_bar(led + (offset - led @ face) * face, led, _POST_MM, _POST_MM, BODY))
     return np.array(rows)
 
 

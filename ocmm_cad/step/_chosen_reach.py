@@ -298,10 +298,8 @@ def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
         face, points, reached, len(points), feature.points, lambda: reach.why_not(reached)
     )
     if found.against:
-        bare = msgspec.structs.replace(feature, targets=())
-        return LeftOut(bare, found.against, offer.faces)
-    kept = msgspec.structs.replace(feature, targets=triples(found.points))
-    return replace(offer, feature=kept)
+        return LeftOut(msgspec.structs.replace(feature, targets=()), found.against, offer.faces)
+    return replace(offer, feature=msgspec.structs.replace(feature, targets=triples(found.points)))
 
 
 def _free_form_asked(offer: Offer, form: FreeForm, reach: Reach) -> Offer | LeftOut:

@@ -62,8 +62,7 @@ def rooms_of(
     rooms = []
     for number, group in enumerate(groups, start=1):
         doing(f"places on surface {number} of {len(groups)}")
-        of_it = [faces[i] for i in group]
-        rooms.append(_room(of_it, [hollow[i] for i in group], ball_radius))
+        rooms.append(_room([faces[i] for i in group], [hollow[i] for i in group], ball_radius))
     return rooms
 
 
@@ -81,8 +80,7 @@ def surfaces_of(
     surfaces = []
     for start in range(0, len(rooms), _AT_ONCE):
         doing(f"targets on surface {start + 1} of {len(rooms)}")
-        some = rooms[start : start + _AT_ONCE]
-        surfaces += _placed(some, reach)
+        surfaces += _placed(rooms[start : start + _AT_ONCE], reach)
     if inside is None:
         return surfaces
     for row, one in enumerate(surfaces):
@@ -165,8 +163,7 @@ def _marks(rims: Sequence[Rim]) -> Float:
     first = np.array([rim.line[0] for rim in rims])
     last = np.array([rim.line[-1] for rim in rims])
     middle = np.array([rim.line[len(rim.line) // 2] for rim in rims])
-    apart = np.linalg.norm(last - first, axis=1)
-    return np.column_stack([middle, 0.5 * (first + last), apart])
+    return np.column_stack([middle, 0.5 * (first + last), np.linalg.norm(last - first, axis=1)])
 
 
 def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> list[list[Float]]:
@@ -209,8 +206,7 @@ def _room(group: Sequence[RawFace], hollow: Sequence[Sequence[Float]], ball_radi
     numbers = tuple(one.number for one in group)
     places = np.concatenate([one.places for one in group])
     wanted = Shape(face.shape).spec.usual_points
-    is_closed = all(one.is_closed for one in group)
-    against = _against(face, places, ball_radius) if is_closed else OPEN
+    against = _against(face, places, ball_radius) if all(one.is_closed for one in group) else OPEN
     if against:
         return Room(face, numbers, np.empty((0, 3)), against)
     places = places[_ball_fits(face, places, ball_radius)]

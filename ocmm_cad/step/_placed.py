@@ -140,8 +140,7 @@ def reached_places(points: Float, reached: Reached) -> tuple[NDArray[np.int64], 
 
 def bore_axis(face: StepFace) -> Float | None:
     """Return the axis of a bore, into which the probe is held along, (3,); None for others."""
-    is_bore = face.inner and face.shape in ("Cylinder", "Cone")
-    return np.array(face.direction) if is_bore else None
+    return np.array(face.direction) if face.inner and face.shape in ("Cylinder", "Cone") else None
 
 
 def in_order(free: Float, wanted: int) -> Float:

@@ -157,8 +157,7 @@ class FreeForm:
     @property
     def feature(self) -> NominalFeature:
         """Return the face for lists: its middle place, and the extent of its places."""
-        places = np.array(self.targets)
-        sizes = np.sort(np.ptp(places, axis=0))[::-1]
+        sizes = np.sort(np.ptp(np.array(self.targets), axis=0))[::-1]
         return NominalFeature(
             name=self.name, shape=Shape.POINT, points=1, point=self.targets[0],
             direction=self.normals[0], length=float(sizes[0]), width=float(sizes[1]),

@@ -304,8 +304,7 @@ def status(*, study: Path, jobs: Path) -> None:
     from ocmm_shop.studies import load_study, open_runs
 
     console, planned = make_console(), load_study(study)
-    seen = {one.serial for one in parts_of_batch(jobs, planned.name)}
-    left = open_runs(planned, seen)
+    left = open_runs(planned, {one.serial for one in parts_of_batch(jobs, planned.name)})
     console.show(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}", highlight=True)
     if left:
         one = left[0]

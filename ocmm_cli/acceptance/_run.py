@@ -49,8 +49,7 @@ def run_test(
         instrument = composition.require_recorded(
             site.cameras, site.probe, site.stage.instrument, feed.recorded
         )
-        stage = replace(site.stage, instrument=instrument)
-        site = replace(site, stage=stage)
+        site = replace(site, stage=replace(site.stage, instrument=instrument))
     # A recording starts with the first touch: a resumed test would measure some twice.
     session = None if new or is_recorded else _unfinished(site, base, console)
     if session is None:
@@ -67,9 +66,8 @@ def run_test(
         session, site.cameras.rig, site.probe.body, base / acceptance.RECORDS, given.temperature,
         thermometer=thermometer,
     )  # fmt: skip
-    again = "" if new else tr(_AGAIN)
     with (
-        contextlib.closing(DeferredInterrupt(again)) as interrupt,
+        contextlib.closing(DeferredInterrupt("" if new else tr(_AGAIN))) as interrupt,
         _Source(procedure, site, console, setup, record, interrupt) as source,
     ):
         while True:

@@ -60,8 +60,7 @@ def snapshot(
     The cameras go on measuring. Ctrl-C gives up and writes nothing.
     """
     from ocmm_cli.bus._session import open_bus
-    from ocmm_core.camera import encoder_for
-    from ocmm_core.fieldbus.objects import take_snapshot
+    from ocmm_core.fieldbus.objects import encoder_for, take_snapshot
 
     encode = encoder_for(file)
     window = _window(region)

@@ -183,8 +183,7 @@ def verify(
         print_verification(console, outcome)
     code = steps.decided_code(procedure, setup.decision, "verified", console)
     print_status(console, site.document, site.calibrations, run.now())
-    failed = outcome is None or not outcome.record.passed
-    raise typer.Exit(1 if failed else code)
+    raise typer.Exit(1 if outcome is None or not outcome.record.passed else code)
 
 
 @calibrate_app.command()
@@ -223,8 +222,7 @@ def sensors(
         )
     else:
         feed = real_feed(rig, site.read_by, source, force=force)
-    looks = _wave(site, body, feed, seconds, console)
-    baseline = monitor.learn_baseline(looks, site.rig, body)
+    baseline = monitor.learn_baseline(_wave(site, body, feed, seconds, console), site.rig, body)
     path = monitor.save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
     console.show(

@@ -184,8 +184,7 @@ def print_states(console: PlainConsole, view: JobView) -> None:
 def print_explanations(console: PlainConsole, explained: Sequence[Explanation]) -> None:
     """Print a line for every result that is not good: by how much, and the remedy."""
     for item in explained:
-        words = f"{item.characteristic}: {tr(item.why)} {tr(item.suggestion)}"
-        console.print(words)
+        console.print(f"{item.characteristic}: {tr(item.why)} {tr(item.suggestion)}")
 
 
 def print_counters(console: PlainConsole, status: AcquisitionStatus) -> None:

@@ -120,8 +120,7 @@ def print_account(account: Account, console: PlainConsole) -> None:
     console.show("Tolerances of the model:")
     rows = []
     for item in account.by_itself():
-        became = ", ".join(item.became)
-        said = "; ".join(filter(None, (became, tr(item.why), tr(item.remark))))
+        said = "; ".join(filter(None, (", ".join(item.became), tr(item.why), tr(item.remark))))
         rows.append((tr(item.status), item.name, item.kind, said))
     print_grid(console, ("", *heads("label", "says", "in the plan, or why not")), rows)
     for group, counts in account.counts().items():
@@ -134,8 +133,7 @@ def print_account(account: Account, console: PlainConsole) -> None:
 def print_requirements(count: RequirementCount | None, console: PlainConsole) -> None:
     """Print the number of requirements of its sources a plan contains; nothing without a source."""
     if count is not None:
-        style = "" if count.is_whole else "bold yellow"
-        console.show(count.sentence, style=style)
+        console.show(count.sentence, style="" if count.is_whole else "bold yellow")
 
 
 def account_json(account: Account, more: dict[str, Any]) -> str:

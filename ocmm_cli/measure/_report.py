@@ -90,8 +90,7 @@ def report_command(
             console.print(f"{lead('Template  ')}{keep_template(template)}")
         if given != Particulars():
             for one in read:
-                whole = paper_of(one.path, given, template).given
-                kept = keep_given(one.path, whole)
+                kept = keep_given(one.path, paper_of(one.path, given, template).given)
                 console.print(f"{lead('Kept  ')}{kept}")
     data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
     written = [name for name in chosen if name in export.EXPORTERS]
@@ -161,8 +160,7 @@ def _read_all(
             continue
         read.append(one)
         for doubt in one.doubts:
-            line = f"{one.path.name}: {tr(doubt)}"
-            console.print(line, style="yellow")
+            console.print(f"{one.path.name}: {tr(doubt)}", style="yellow")
         words = "; ".join(map(tr, one.words))
         console.print(f"{one.path.stem}: {words}")
     return read, faults

@@ -153,8 +153,7 @@ def trust(*, public: str, name: str, who: str, reason: str) -> None:
     """Believe what another station signs. First compare its key by another way, e.g. a call."""
     from ocmm_core.seals import KeyFolder, public_from_text, shown_key
 
-    keys = KeyFolder()
-    key = keys.trust(public_from_text(public.strip()), name, who, reason, datetime.now(UTC))
+    key = KeyFolder().trust(public_from_text(public.strip()), name, who, reason, datetime.now(UTC))
     typer.echo(tr(f"{key.name} is believed from now on: key {shown_key(key.fingerprint)}."))
 
 

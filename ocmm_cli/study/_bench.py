@@ -132,8 +132,7 @@ def _per_call(work: Callable[[], object], seconds: float) -> float:
     work()
     start = time.thread_time()
     work()
-    once = max(time.thread_time() - start, 1e-7)
-    repeat = max(1, int(seconds / 10.0 / once))
+    repeat = max(1, int(seconds / 10.0 / max(time.thread_time() - start, 1e-7)))
     times = []
     for _ in range(10):
         start = time.thread_time()
@@ -203,8 +202,7 @@ def _opencv_chain(rig: Rig, body: ProbeBody) -> Callable[[Float], Float]:
         left, _, right = np.linalg.svd(arms.T @ (points - centres[:, None]))
         # R = V diag(1, 1, det) U', never a reflection.
         right[:, 2] *= np.linalg.det(left @ right)[:, None]
-        rotations = (left @ right).transpose(0, 2, 1)
-        tips: Float = rotations @ (body.tip_probe - middle) + centres
+        tips: Float = (left @ right).transpose(0, 2, 1) @ (body.tip_probe - middle) + centres
         return tips
 
     return chain

@@ -5,11 +5,11 @@ Out: a plan, objections to recorded points, judged values, and a record.
 
 Start with `_procedure` (documents, limits), `_result` (record) and `_values` (pure statistics of
 points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_evaluating` and
-`_placement`), `_session` (engine, a chain of events folded by `_session_state`), `_guards` and
-`_recompute`. `_offers` lists the choices before a test, `_guided` is a test as a guided procedure.
-`_register` holds the artefacts, `_thermometers` reads temperatures (`_temperature_source`),
-`_interim` the chart of interim checks.
-It must not depend on the source of ball centres: cameras, recording or simulation.
+`_placement`), `_session` (engine, a chain of events folded by `_session_state`; signed records and
+their recomputation) and `_guards`. `_offers` lists the choices before a test, `_guided` is a test
+as a guided procedure. `_register` holds the artefacts, `_thermometers` reads temperatures
+(`_temperature_source`), `_interim` the chart of interim checks. It must not depend on the source of
+ball centres: cameras, recording or simulation.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
         ClimateRule, InterimTest, Mpe, PartTest, ProcedureDocument, find_procedure, load_procedure,
         procedure_files,
     )  # fmt: skip
-    from ocmm_core.acceptance._recompute import (
-        chain_history, differences, load_signed_record, recompute, recompute_tips, save_record,
-    )  # fmt: skip
     from ocmm_core.acceptance._register import (
         ARTEFACT_KINDS, ARTEFACT_SCHEMA, NOT_SIGNED_REMEDY, ArtefactEntry, ArtefactKind,
         ArtefactRegister, load_artefact, load_used, used_bar, used_sphere,
@@ -43,7 +40,10 @@ if TYPE_CHECKING:
         AcceptanceRecord, AcceptanceVerdict, ClimateReading, InstrumentState, JudgedValue,
         Observation, PlannedPosition, QuantityResult, RefusedPoint, RoomAir, UsedArtefact,
     )  # fmt: skip
-    from ocmm_core.acceptance._session import AcceptanceSession
+    from ocmm_core.acceptance._session import (
+        AcceptanceSession, chain_history, differences, load_signed_record, recompute,
+        recompute_tips, save_record,
+    )  # fmt: skip
     from ocmm_core.acceptance._session_state import AcceptanceView
     from ocmm_core.acceptance._situation import Situation, Stage, judge
     from ocmm_core.acceptance._temperature_source import (

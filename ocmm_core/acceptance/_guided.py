@@ -18,7 +18,6 @@ import numpy as np
 
 from ocmm_core.acceptance._interim import InterimChart, InterimWord
 from ocmm_core.acceptance._kinds import Retest, quantities_of
-from ocmm_core.acceptance._recompute import save_record
 from ocmm_core.acceptance._result import (
     AcceptanceRecord,
     AcceptanceVerdict,
@@ -26,7 +25,7 @@ from ocmm_core.acceptance._result import (
     QuantityResult,
     UsedArtefact,
 )
-from ocmm_core.acceptance._session import AcceptanceSession
+from ocmm_core.acceptance._session import AcceptanceSession, save_record
 from ocmm_core.acceptance._session_state import AcceptanceView
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.acquisition.frames import FrameBlock

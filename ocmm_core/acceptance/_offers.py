@@ -13,10 +13,9 @@ from ocmm_core.acceptance import _register as register
 from ocmm_core.acceptance._guards import EarlierUse, artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
 from ocmm_core.acceptance._procedure import ProcedureDocument, load_procedure, procedure_files
-from ocmm_core.acceptance._recompute import load_signed_record
 from ocmm_core.acceptance._register import ArtefactKind
 from ocmm_core.acceptance._result import AcceptanceRecord, InstrumentState, UsedArtefact
-from ocmm_core.acceptance._session import AcceptanceSession
+from ocmm_core.acceptance._session import AcceptanceSession, load_signed_record
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.documents import files_of_folder

@@ -6,8 +6,8 @@ pixels, and spots with their position, px.
 Read `_model` (projection with four distortion terms and its exact inverse), `_rig` (the cameras and
 the covariance of their parameters) and `_tracker` (cameras that stand for a tracker), then spot
 detection: `_finder` (also options and results), `_windows`, `_search` and `_centroid`, all compiled
-through `_compiled`; `_picture_files` encodes pictures. Lengths are mm in the world frame, sensor
-positions px. The package is independent of the bus, LED names and probes.
+through `_compiled`. Lengths are mm in the world frame, sensor positions px. The package is
+independent of the bus, LED names and probes.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
         N_PARAMETERS, PARAMETERS, CameraModel, Vector3, distort, distortion_jacobian, from_pixels,
         ideal_from_pixels, on_sensor, project, projection_jacobians, to_pixels,
     )  # fmt: skip
-    from ocmm_core.camera._picture_files import encoder_for
     from ocmm_core.camera._rig import (
         MAX_CAMERAS, MAX_LEDS, MAX_SLOTS, USUAL_SLOTS, CalibrationDesign, CameraEntry, Rig,
         SpotNoise, ThermalShare, camera_of, known_points_covariance, load_rig, read_rig,
@@ -43,7 +42,7 @@ __all__ = [
     "REACH_MM", "USUAL_SLOTS", "CalibrationDesign", "CameraEntry", "CameraModel", "FinderState",
     "MarkerModel", "Rig", "SpotBlock", "SpotFinder", "SpotNoise", "SpotOptions", "SpotStatus",
     "ThermalShare", "TrackerDocument", "TrackerNoise", "Vector3", "Window", "camera_of", "centroid",
-    "compiled", "distort", "distortion_jacobian", "encoder_for", "from_pixels", "ideal_from_pixels",
+    "compiled", "distort", "distortion_jacobian", "from_pixels", "ideal_from_pixels",
     "independent_share", "known_points_covariance", "load_rig", "load_tracker", "locate_markers",
     "noise_pairs", "on_sensor", "place_shape", "project", "projection_jacobians", "read_rig",
     "search", "sights_of", "slopes_of_places", "to_pixels", "tracker_rig", "windows",

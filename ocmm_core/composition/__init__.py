@@ -4,11 +4,10 @@ In: a plan, a source name, temperatures and options from a command or the window
 Out: a prepared source, its calibration, and a station ready to start.
 
 Start with `_compose`. `_sources` has one entry per frame source, of this package and of others that
-register theirs (`ocmm.sources`); `_feed_makers` and `_feeds` make our own, `_calibration_choice`
-selects the records of a source and returns their status; `_climate`, `_defaults` and
-`_from_settings` do what their names say.
-`_acceptance_site` and `_acceptance_bench` build acceptance tests for commands and the window,
-`hands` shows their frames.
+register theirs (`ocmm.sources`); `_feed_makers` and `_feeds` (also requests from the settings of
+the window) make our own, `_calibration_choice` selects the records of a source and returns their
+status; `_climate` and `_defaults` do what their names say. `_acceptance_site` and
+`_acceptance_bench` build acceptance tests for commands and the window, `hands` shows their frames.
 It must not import the virtual rig, nor commands.
 """
 
@@ -36,9 +35,9 @@ if TYPE_CHECKING:
         bus_config, bus_description, described_cameras, identities, rate_of,
     )  # fmt: skip
     from ocmm_core.composition._feeds import (
-        Feed, Remaining, ScriptedOperator, ScriptedRig, StationRequest,
+        Errand, Feed, Remaining, ScriptedOperator, ScriptedRig, StationRequest, request_of_settings,
+        stream_options,
     )  # fmt: skip
-    from ocmm_core.composition._from_settings import Errand, request_of_settings, stream_options
     from ocmm_core.composition._sources import (
         NamedSource, Origin, SourceSpec, late, make_feed, names_in_words, origin_of, source_help,
         source_of, sources, virtual_names,

@@ -5,9 +5,9 @@ Out: a point with probe side and compensation, or a refusal; the joint uncertain
 factors.
 
 Read `_trigger` (detection of a point, and the touched side), `_stable_point` (from a window of
-frames to one ball centre), `_path` and `_path_points` (continuous probing), `_untimed` (cameras
-that do not prove when they expose), `_point` (its record), `_temperature`, then `_contributions`
-(effect of each error on all points) with `_factors`, `_pattern_field` and `_rows` (its storage).
+frames to one ball centre), `_path` and `_path_points` (continuous probing), `_point` (its record),
+`_temperature`, then `_contributions` (effect of each error on all points, also of cameras that do
+not prove when they expose) with `_factors`, `_pattern_field` and `_rows` (its storage).
 `_probe_report` predicts it before measuring. The package is independent of features and plans.
 """
 
@@ -15,8 +15,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.measuring._contributions import (
-        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, Contribution, FrameDoubt, ProbeState,
-        contributions, rigid_movement,
+        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, UNKNOWN_SKEW, Contribution, FrameDoubt, ProbeState,
+        contributions, rigid_movement, with_skew,
     )  # fmt: skip
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._trigger import (
         METHODS, Side, Touch, TouchCollector, approach_direction, side_of,
     )  # fmt: skip
-    from ocmm_core.measuring._untimed import UNKNOWN_SKEW, with_skew
 else:
     __getattr__ = lazy_exports(__name__)
 

@@ -8,7 +8,7 @@ of an inspector), ``jobs`` (`_job_change`: the next part, another plan), ``looks
 bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events`` (signals)
 and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring to touches,
 and the step after it, `_live` the current state of the machine. The watches:
-`_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other programs, and
+`_calibration_watch` (and of the tip), `_bus_watch`. Package `stream` serves other programs, and
 `_station` starts servers of other packages. Numbers come from lower packages. It must not know a
 screen.
 """

@@ -20,8 +20,8 @@ from ocmm_core.inspection.finished import first_taken, is_known, settle_cameras
 from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan, release_in_job
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.seals import NO_RELEASE, ReleaseState
+from ocmm_core.station._calibration_watch import PAUSE, ProbeWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
-from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
 from ocmm_core.storage import JobFile, saved_sentence
 from ocmm_core.tracking import ProbeBody, ReferenceBody, TrackBlock
 

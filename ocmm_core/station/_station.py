@@ -30,7 +30,7 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.plugins import load
 from ocmm_core.settings import Settings
 from ocmm_core.station._bus_watch import BusWatch
-from ocmm_core.station._calibration_watch import CalibrationWatch
+from ocmm_core.station._calibration_watch import PAUSE, CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink, Intent, TouchRecorder
 from ocmm_core.station._instruments import Instruments
@@ -40,7 +40,6 @@ from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks, StationMaintenance
 from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch, RoomWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
-from ocmm_core.station._probe_watch import PAUSE
 from ocmm_core.station.coaching import CoachWatch
 from ocmm_core.station.stream import StreamOptions, StreamServer
 from ocmm_core.storage import JobFile

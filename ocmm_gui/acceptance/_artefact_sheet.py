@@ -310,8 +310,7 @@ class ArtefactSheet(kit.Themed, WorkSheet):
     def _paint(self) -> None:
         entry = self._selected()
         said = () if entry is None else self._refused[entry.id]
-        reasons = dict.fromkeys(f"▲ {why}" for _, why in said if why)
-        self.reasons.setText("\n".join(reasons))
+        self.reasons.setText("\n".join(dict.fromkeys(f"▲ {why}" for _, why in said if why)))
         self.reasons.setStyleSheet(f"color: {self._theme.warn};")
 
     def _remove(self) -> None:

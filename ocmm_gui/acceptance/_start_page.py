@@ -122,8 +122,7 @@ class AcceptanceStart(kit.Themed, QWidget):
         self.trouble = kit.sentence_label(tr("Why it cannot start"), 16)
         self.begin_button = kit.large_button(tr("Start  [Return]"), tr("Start the test"), "Return")
         self.begin_button.clicked.connect(self.begun)
-        enter = QShortcut(QKeySequence("Enter"), self)
-        enter.activated.connect(self.begin_button.click)
+        QShortcut(QKeySequence("Enter"), self).activated.connect(self.begin_button.click)
         self.resume_button = kit.large_button(
             tr("Resume  [G]"), tr("Resume the selected test"), "G"
         )

@@ -105,8 +105,7 @@ def position_contents(view: AcceptanceView) -> Contents:
     def contents(theme: Theme) -> Sequence[Item]:
         items: list[Item] = []
         for one, done in zip(view.positions, view.done, strict=True):
-            whole = done == len(one.points_world) * one.repeats
-            colour = theme.good if whole else theme.panel
+            colour = theme.good if done == len(one.points_world) * one.repeats else theme.panel
             items.append(Dots(_middle(one)[None], colour, 14.0, theme.muted))
         if current is not None:
             plan = view.positions[current]

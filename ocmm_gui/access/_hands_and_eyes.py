@@ -351,6 +351,5 @@ class HandsAndEyes(QObject):
         if settings is None or not settings.window_gloves:
             self.touch.use(None)
         else:
-            size = screen_size(self._window.screen(), settings.window_ruler_mm)
-            self.touch.use(size.mm_per_px)
+            self.touch.use(screen_size(self._window.screen(), settings.window_ruler_mm).mm_per_px)
         self._area.use_bars(self.touch.pixels())

@@ -171,8 +171,7 @@ class ArchiveSheet(WorkSheet):
             return
         question = QUESTIONS[self.question.currentIndex()]
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
-        name = "" if missing else question.name
-        work = partial(archive_words.ask_archive, place, name, asked)
+        work = partial(archive_words.ask_archive, place, "" if missing else question.name, asked)
         self._start(tr("Asking the archive"), work)
         if missing:
             self.show_message(tr("Fill in what it is about, then ask (F8)."))

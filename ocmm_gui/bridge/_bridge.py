@@ -220,9 +220,7 @@ class StationBridge(QObject):
         station.events.point_refused.connect(self._on_refused, priority=1)
         station.faults.failed.connect(self._on_failed, priority=1)
         station.coach.changed.connect(self._on_coach)
-        self._timer = QTimer(self)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(LIVE_MS)
+        self._timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=LIVE_MS)
         self._timer.timeout.connect(self._pull_live)
 
     def start(self) -> None:

@@ -191,8 +191,7 @@ class TrailPlot(Plot):
                 items.append(Dots(leds, colour, 9.0, theme.text))
             items.append(Dots(trail.centre_world[None], colour, 14.0, theme.text))
             items.append(Tag(trail.centre_world, trail.name, theme.text))
-        everything = np.concatenate(reach)
-        orbit = self._orbit.fitted(everything, box.width(), box.height(), 1.1)
+        orbit = self._orbit.fitted(np.concatenate(reach), box.width(), box.height(), 1.1)
         paint_scene(painter, items, orbit, box, text_font(15, bold=True), theme.panel)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

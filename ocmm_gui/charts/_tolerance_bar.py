@@ -40,8 +40,7 @@ class BarScale:
 
     def place(self, deviation: float) -> float:
         """Return the relative place of a deviation, 0 (left end) to 1, clamped."""
-        share = (deviation - self.low) / (self.high - self.low)
-        return min(max(share, 0.0), 1.0)
+        return min(max((deviation - self.low) / (self.high - self.low), 0.0), 1.0)
 
 
 def make_scale(result: CharacteristicResult) -> BarScale:

@@ -81,8 +81,7 @@ def _paint_turn(
     pen = QPen(QColor(theme.accent), thick)
     pen.setCapStyle(Qt.PenCapStyle.FlatCap)
     painter.setPen(pen)
-    left = turn.way in (Way.TURN_LEFT, Way.LEAN_LEFT)
-    side = -1.0 if left else 1.0
+    side = -1.0 if turn.way in (Way.TURN_LEFT, Way.LEAN_LEFT) else 1.0
     if turn.way in (Way.TURN_LEFT, Way.TURN_RIGHT):
         # The far half of a ring about the probe: there the LEDs move to that side.
         wide, high = 0.42 * box.width(), 0.2 * box.height()
@@ -225,8 +224,7 @@ class CoachPanel(kit.PaintedWidget):
         return ""
 
     def _show_hint(self) -> None:
-        words = self.message()
-        about = [words]
+        about = [self.message()]
         if self.shows_probe() and self._view.picture is not None:
             about += [
                 tr("Camera {name} sees %n LEDs.", "Camera {name} sees 1 LED.", count).format(

@@ -74,8 +74,7 @@ class SupportSheet(kit.Sheet):
         self.text = _text_view(tr("What is in the selected file"))
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         self._name: QLabel = kit.caption("", self.text)
-        right = kit.vbox(self._name, (self.text, 1))
-        both = kit.hbox((side, 2), (right, 5), spacing=12)
+        both = kit.hbox((side, 2), (kit.vbox(self._name, (self.text, 1)), 5), spacing=12)
         self.panel = kit.PathPanel(
             tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")
         )

@@ -58,8 +58,7 @@ class FindAction(QFrame):
         over = self.parentWidget()
         if over is not None:
             width = round(_SHARE * over.width())
-            left = (over.width() - width) // 2
-            self.setGeometry(left, _TOP_PX, width, self.sizeHint().height())
+            self.setGeometry((over.width() - width) // 2, _TOP_PX, width, self.sizeHint().height())
         self.show()
         self.raise_()
         self.field.setFocus()

@@ -220,10 +220,9 @@ class SettingsPage(kit.Sheet):
                 )
             )
         else:
-            count = sum(self.loaded.differs(spec.key) for spec in SETTINGS)
             differ = tr(
                 "%n settings differ from the default (●).",
                 "1 setting differs from the default (●).",
-                count,
+                sum(self.loaded.differs(spec.key) for spec in SETTINGS),
             )
             self.show_message(f"{differ} {kit.said(self._store.places())}")

@@ -148,10 +148,9 @@ class _Capture(kit.PlainLabel):
         if key == Qt.Key.Key_Escape:
             self.given_up.emit()
             return
-        shortcut = QKeySequence(event.keyCombination()).toString(
-            QKeySequence.SequenceFormat.PortableText
+        self.pressed_key.emit(
+            QKeySequence(event.keyCombination()).toString(QKeySequence.SequenceFormat.PortableText)
         )
-        self.pressed_key.emit(shortcut)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Stop capturing: after a click elsewhere the next key has another target."""
@@ -252,8 +251,7 @@ class SoundsPage(QWidget):
             grid.addWidget(button, row, 0)
             for column, text in enumerate((goes, means), 1):
                 about = tr("About {setting}").format(setting=name)
-                label = kit.sentence_label(about, 15, text, middle=True)
-                grid.addWidget(label, row, column)
+                grid.addWidget(kit.sentence_label(about, 15, text, middle=True), row, column)
         grid.setRowStretch(99, 1)
         head = kit.PlainLabel(tr("Everything that is heard is seen, too. Volume and off: Window."))
         kit.dressed(head, font=kit.text_font(15), role="muted").setWordWrap(True)

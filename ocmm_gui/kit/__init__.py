@@ -3,13 +3,12 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Start with `_texts` (translation, languages), `_numbers` (numbers, lengths, dates), `_theme` (three
-themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome, painted
-widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons), `_sheet`
-(pages closed by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels` (non-modal
-questions, recent plans, jobs and folders). `_notify` shows errors, `_sound` plays sounds. The
-package `work` runs lengthy work.
-First package of the window: it must not import screens or the station.
+Start with `_texts` (translation, languages, numbers, lengths, dates), `_theme` (three themes from
+one table) and `_messages` (sentences); then `_marks` (a shape per outcome, painted widgets),
+`_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons), `_sheet` (pages closed
+by Esc), `_parts` (also layouts), `_narrow` (fitted texts), `_panels` (non-modal questions, recent
+plans, jobs and folders). `_notify` shows errors, `_sound` plays sounds. The package `work` runs
+lengthy work. First package of the window: it must not import screens or the station.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -31,11 +30,6 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._notify import (
         PROCEDURE, Banner, ErrorHooks, Level, Notice, NoticeCentre, NoticeWindow,
     )  # fmt: skip
-    from ocmm_gui.kit._numbers import (
-        INCH_MM, NumberStyle, day_words, field_length, is_ambiguous, length_number, length_words,
-        localised, numbers_in_use, read_number, split_unit, style_of, time_words, to_mm,
-        typed_value, unit_word, use_numbers,
-    )  # fmt: skip
     from ocmm_gui.kit._panels import (
         AnswerPanel, OwnKeysField, PathPanel, ReasonPanel, RecentPlaces, WorkBar, is_shipped,
         list_step,
@@ -45,7 +39,7 @@ if TYPE_CHECKING:
         stacked, value_label, vbox,
     )  # fmt: skip
     from ocmm_gui.kit._sheet import (
-        ChoiceBox, FormField, LateParts, Sheet, caption, form_field, form_grid,
+        ChoiceBox, FormField, LateParts, Sheet, TableImport, caption, form_field, form_grid,
     )  # fmt: skip
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S, F_KEYS, SHORT, DebouncedCommand, bind_actions, conflict_of, keeps_keys,
@@ -53,10 +47,11 @@ if TYPE_CHECKING:
         usable_keys, use_shortcuts,
     )  # fmt: skip
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
-    from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
-        LANGUAGES, chosen_language, language_in_use, later, literal, said, said_word, tr, tr_all,
-        use_language, with_unit,
+        INCH_MM, LANGUAGES, NumberStyle, chosen_language, day_words, field_length, is_ambiguous,
+        language_in_use, later, length_number, length_words, literal, localised, numbers_in_use,
+        read_number, said, said_word, split_unit, style_of, time_words, to_mm, tr, tr_all,
+        typed_value, unit_word, use_language, use_numbers, with_unit,
     )  # fmt: skip
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT, DEFAULT_THEME, LEFT, RIGHT, THEMES, WRAPPED, Theme, Themed, ThemedWidget,

@@ -248,8 +248,7 @@ class FitText(PaintedWidget):
         return size >= _LEAST_PX and used <= self.width() + 1.0
 
     def _font_size(self) -> int:
-        longest = max(self._text, self._reserve, key=len)
-        return self._size(longest, marked=self._mark is not None)
+        return self._size(max(self._text, self._reserve, key=len), marked=self._mark is not None)
 
     def _size(self, text: str, *, marked: bool) -> int:
         base = digit_font(10) if self._digits else text_font(10, bold=True)

@@ -12,8 +12,17 @@ from ocmm_core.features.shapes import CRITERIA, MINIMUM_POINTS, Shape
 from ocmm_core.inspection import evaluation
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
-from ocmm_gui.kit._texts import later, said, said_word, tr
+from ocmm_gui.kit._texts import (
+    later,
+    length_number,
+    length_words,
+    localised,
+    numbers_in_use,
+    said,
+    said_word,
+    tr,
+    unit_word,
+)
 
 DASHES = "———"
 """Placeholder for unknown or suspect numbers."""
@@ -47,8 +56,7 @@ def form_words(feature: evaluation.FeatureView) -> str:
     fit = feature.fit
     if fit is None or feature.shape is Shape.POINT:
         return DASHES
-    known = len(feature.points) > MINIMUM_POINTS[feature.shape]
-    return millimetres(fit.form if known else None)
+    return millimetres(fit.form if len(feature.points) > MINIMUM_POINTS[feature.shape] else None)
 
 
 def led_name(number: int) -> str:
@@ -205,8 +213,7 @@ def _commanding(found: CommandingPoints) -> str:
     else:
         text = tr("Without point {numbers} the others fit with rms {rms}. Remove it? Press Del.")
         fold = ""
-    rms = length_words(found.rms_without)
-    return text.format(numbers=named, fold=fold, rms=rms)
+    return text.format(numbers=named, fold=fold, rms=length_words(found.rms_without))
 
 
 def _off(number: int, residuals: Mapping[int, float]) -> str:

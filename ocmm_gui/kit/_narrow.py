@@ -277,8 +277,7 @@ class HintField(QLineEdit):
         rest = room.adjusted(metrics.horizontalAdvance(f"{path.name}    "), 0, 0, 0)
         if rest.width() >= _FOLDER_PX:
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
-            folder = metrics.elidedText(str(path.parent), elide, rest.width())
-            painter.drawText(rest, LEFT, folder)
+            painter.drawText(rest, LEFT, metrics.elidedText(str(path.parent), elide, rest.width()))
 
     def _room(self) -> QRect:
         option = QStyleOptionFrame()

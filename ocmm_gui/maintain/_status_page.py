@@ -149,8 +149,7 @@ class StatusPage(QWidget, Generic[V, H]):
             view.word is records.CalibrationStatus.DESIGN and view.blocker is not None
         )
         word = tr("UNCALIBRATED") if view.uncalibrated else kit.said_word(view.word.value)
-        mark = kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD)
-        self.word.show_text(word, mark=mark)
+        self.word.show_text(word, mark=kit.Mark.BAD if bad else _MARKS.get(view.word, kit.Mark.BAD))
         in_order = self._design if view.word is records.CalibrationStatus.DESIGN else self._in_order
         self.sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(map(kit.said, view.warnings))

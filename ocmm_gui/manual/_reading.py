@@ -154,10 +154,8 @@ class DocumentView(QTextBrowser):
         if block is None:
             bar.setValue(0)
             return
-        cursor = QTextCursor(block)
-        self.setTextCursor(cursor)
-        box = self.document().documentLayout().blockBoundingRect(block)
-        bar.setValue(round(box.top()))
+        self.setTextCursor(QTextCursor(block))
+        bar.setValue(round(self.document().documentLayout().blockBoundingRect(block).top()))
 
     def place(self) -> Place | None:
         """Return the section at the top of the view."""

@@ -202,8 +202,7 @@ class DeskView(CoachedView):
             span = 3 // len(keys)
             for column, key in enumerate(keys):
                 button = kit.make_button(actions[key])
-                shortcut = actions[key].shortcuts()[0].toString()
-                if len(shortcut) > 1:
+                if len(actions[key].shortcuts()[0].toString()) > 1:
                     button.setText(actions[key].text())
                 kit.dressed(button, font=kit.text_font(12), role="tool")
                 grid.addWidget(button, row, span * column, 1, span)

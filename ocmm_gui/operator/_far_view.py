@@ -141,8 +141,7 @@ class FarView(CoachedView):
         step, point, rest = kit.next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
         counted = f"{summary.deciding}: {kit.said(summary.share)}." if summary.share else ""
-        hint = self.coach.hint()
-        parts = (hint, counted, rest, far_off, kit.step_text(job))
+        parts = (self.coach.hint(), counted, rest, far_off, kit.step_text(job))
         words = " ".join(part for part in parts if part)
         hidden = self._live if job.shows_part and kit.has_failed(self._live) else None
         step = f"{step}{point}".strip()

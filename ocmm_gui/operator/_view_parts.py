@@ -135,8 +135,7 @@ class _Row(QStyledItemDelegate):
         metrics = painter.fontMetrics()
         shape = kit.shape_word(feature.shape)
         # A long name uses the whole line; the points are below it.
-        alone = metrics.horizontalAdvance(f"{feature.name}  {count}") > upper.width()
-        if alone:
+        if metrics.horizontalAdvance(f"{feature.name}  {count}") > upper.width():
             shape = f"{shape}  {count}"
         else:
             painter.drawText(upper, kit.RIGHT, count)
@@ -360,9 +359,8 @@ class PartVerdictView(kit.PaintedWidget):
         lines = self.lines()
         room = (self.height() - self._word_box().height()) / (1.25 * max(len(lines), 1))
         longest = max(lines, key=len, default="")
-        bold = kit.text_font(10, bold=True)
         size = kit.fitted(
-            bold, longest, self.width(), room, 0.86 * self._word_font_px()
+            kit.text_font(10, bold=True), longest, self.width(), room, 0.86 * self._word_font_px()
         ).pixelSize()
         return max(size, min(self._least, int(room)))
 

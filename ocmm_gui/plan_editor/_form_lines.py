@@ -108,8 +108,7 @@ def opened(make: Any, data: Any) -> dict[str, Any]:
     field = tag_field(make)
     found: dict[str, Any] = dict(data or {})
     if field:
-        there = "" if data is None and optional else next(iter(variants))
-        found.setdefault(field, there)
+        found.setdefault(field, "" if data is None and optional else next(iter(variants)))
     struct = variants.get(found.get(field, next(iter(variants))))
     for item in () if struct is None else msgspec.structs.fields(struct):
         if _is_structs(item.type):

@@ -158,8 +158,7 @@ def _with_features(plan: plans.Plan, path: Path, found: Sequence[NominalFeature]
     added = tr("%n features added from {name}.", "1 feature added from {name}.", len(found)).format(
         name=path.name
     )
-    chosen = ItemKey("features", found[0].name) if found else HEAD
-    return ImportResult(plan, more, chosen, added)
+    return ImportResult(plan, more, ItemKey("features", found[0].name) if found else HEAD, added)
 
 
 def what_is_missing() -> str:

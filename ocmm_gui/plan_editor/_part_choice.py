@@ -90,8 +90,7 @@ class PartChoice(kit.Themed, QFrame):
         for line in self._lines:
             item = QListWidgetItem(line.words, self.list)
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
-            state = Qt.CheckState.Checked if line.is_chosen else Qt.CheckState.Unchecked
-            item.setCheckState(state)
+            item.setCheckState(Qt.CheckState.Checked if line.is_chosen else Qt.CheckState.Unchecked)
             item.setToolTip(kit.literal(line.tip or line.words))
         self.list.setCurrentRow(0)
         self.list.blockSignals(False)
@@ -300,8 +299,7 @@ class ModelChoice(PartChoice):
         if offer.against:
             return tr("{name}: {why}.").format(name=name, why=offer.against)
         if offer.free_form is not None:
-            words = tr("{name}: points and their profile against the model.")
-            return words.format(name=name)
+            return tr("{name}: points and their profile against the model.").format(name=name)
         return tr("{name} can be touched.").format(name=name)
 
 

@@ -251,6 +251,5 @@ def taught_of_file(path: Path, plan: Plan, tell: Tell) -> Plan:
     tell(later("Reading the job"), 0.2)
     job = reopen_job(path)
     tell(later("Rounding the nominals"), 0.8)
-    points = reported_points(job.points, job.climate.part)
-    actual = checked_features(job.plan, points, job.options)
+    actual = checked_features(job.plan, reported_points(job.points, job.climate.part), job.options)
     return taught_plan(plan, actual, job.T_part_from_world)

@@ -194,8 +194,7 @@ def _reaches(points: Float, groups: Int) -> tuple[Float, Float]:
             # The nearest of all places is the point itself.
             away, _ = cKDTree(places).query(points[rows], k=2)
             nearest[rows] = np.asarray(away)[:, 1]
-    reaches = np.clip(_REACH * nearest, _LEAST_MM, _MOST_MM)
-    return reaches, np.minimum(_ROUND * nearest, _ROUND_MM)
+    return np.clip(_REACH * nearest, _LEAST_MM, _MOST_MM), np.minimum(_ROUND * nearest, _ROUND_MM)
 
 
 def _faces_of(mesh: RenderMesh, points: Float) -> Int:

@@ -50,8 +50,7 @@ class RenderMesh:
 
     def vertex_colours(self, colours: Colours) -> Colours:
         """Return its vertex colours from those of the model, (n, 3)."""
-        own = colours[self.origins] if self.cell_mm else colours
-        return np.require(own, np.uint8, _OWN)
+        return np.require(colours[self.origins] if self.cell_mm else colours, np.uint8, _OWN)
 
 
 def mesh_of(model: PartModel) -> RenderMesh:
@@ -176,8 +175,7 @@ def with_closed(mesh: RenderMesh) -> RenderMesh:
     )
     # A triangle without area uses an edge in both directions, or a single point.
     balance = np.bincount(edge, np.sign(ends - begins))
-    ones = np.ones(len(begins), dtype=np.int8)
-    graph = coo_array((ones, (begins, ends)), shape=(count, count))
+    graph = coo_array((np.ones(len(begins), dtype=np.int8), (begins, ends)), shape=(count, count))
     shells, shell_of = connected_components(graph, directed=False)
     shell = shell_of[corners[:, 0]]
     opened = np.bincount(np.repeat(shell, 3), balance[edge] != 0.0, minlength=shells) > 0.0

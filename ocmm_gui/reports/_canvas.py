@@ -122,8 +122,7 @@ class PageCanvas:
         self.room(height)
         box = QRectF(LEFT, self.y, WIDTH, height)
         role = role or ("Figure" if words else "P")
-        draw = self.tagged(lambda painter: paint(painter, box), role, words=words)
-        self.pages[-1].append(draw)
+        self.pages[-1].append(self.tagged(lambda painter: paint(painter, box), role, words=words))
         self.y += height
 
     def text(self, text: str, style: Style = BODY, *, left: float = LEFT) -> None:
@@ -293,8 +292,7 @@ def text_height(text: str, style: Style, width: float) -> float:
 def _wrapping(metrics: QFontMetricsF, text: str, width: float) -> int:
     """Return the line breaking of a text: between words, or anywhere if a word does not fit."""
     # Most words are short: measuring each costs more than drawing.
-    longest = max(text.split(), key=len, default="")
-    wide = metrics.horizontalAdvance(longest) > width
+    wide = metrics.horizontalAdvance(max(text.split(), key=len, default="")) > width
     return int(Qt.TextFlag.TextWrapAnywhere if wide else Qt.TextFlag.TextWordWrap)
 
 

@@ -177,8 +177,7 @@ def _fact(canvas: PageCanvas, name: str, value: str, *, stated: bool) -> None:
 
 
 def _closing(canvas: PageCanvas, paper: Certificate) -> None:
-    speech = canvas.speech
-    facts = certificate_facts(paper, speech, canvas.lengths)
+    facts = certificate_facts(paper, canvas.speech, canvas.lengths)
     said = [fact.value for fact in facts if fact.name == "Statement"]
     write_end(canvas, said, paper.paper.template.signatures, f"End of {paper.number}")
 
@@ -237,8 +236,7 @@ def _paint_error(
 ) -> None:
     painter.setPen(QPen(QColor(INK.text), 3.0))
     low = place(line.reference, line.error - line.expanded)
-    high = place(line.reference, line.error + line.expanded)
-    painter.drawLine(low, high)
+    painter.drawLine(low, place(line.reference, line.error + line.expanded))
     painter.setBrush(QColor(INK.text if filled else "#ffffff"))
     painter.drawEllipse(place(line.reference, line.error), 10.0, 10.0)
 
@@ -286,9 +284,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     def write() -> None:
         given = decode_json(options.given, Particulars)
-        sheet = load_paper(options.template or template_in_use(), given)
         paper = certificate_of_folder(
-            options.folder, sheet, options.tip,
+            options.folder, load_paper(options.template or template_in_use(), given), options.tip,
             calibration=options.calibration, as_found=options.as_found,
         )  # fmt: skip
         for path in write_certificates([(paper, partial(certificate_pdf, paper))], options.out):

@@ -94,8 +94,7 @@ def table_of_values(canvas: PageCanvas, paper: Certificate) -> None:
     values = [_in_unit(one, lengths) for one in paper.values]
     if not paper.values_before:
         # Earlier values are in the table of their state.
-        adjusted = len(paper.runs) > 1
-        words = "Further values, after the adjustment" if adjusted else "Further values"
+        words = "Further values, after the adjustment" if len(paper.runs) > 1 else "Further values"
         canvas.heading(words, 120.0)
         canvas.table(
             _VALUES,

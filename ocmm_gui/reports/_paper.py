@@ -174,9 +174,8 @@ def head_facts(canvas: PageCanvas, data: report.ReportData) -> None:
         ]
         for groups in _COLUMNS
     ]
-    height = max(sum(_block_height(block) for _, block in column) for column in columns)
     canvas.draw(
-        height,
+        max(sum(_block_height(block) for _, block in column) for column in columns),
         partial(
             _paint_columns,
             columns=columns,
@@ -220,8 +219,7 @@ def _paint_columns(
                     painter, QRectF(left, y, _NAME_WIDTH - 10.0, height), fact.name, _named(fact)
                 )
                 said = QRectF(left + _NAME_WIDTH, y, _HALF - _NAME_WIDTH, height)
-                style = _UNSAID if fact.value in unsaid else _SAID
-                paint_text(painter, said, fact.value, style)
+                paint_text(painter, said, fact.value, _UNSAID if fact.value in unsaid else _SAID)
                 y += height
             y += 6.0
 

@@ -86,8 +86,7 @@ def picture(canvas: PageCanvas, data: report.ReportData) -> None:
     part, colour_mm = deviation_part(seen, data.view.placed_part, INK, RenderMode.SHADED)
     if part is not None:
         reach = np.concatenate([reach, part.T_world_from_model.apply(part.mesh.vertices)])
-    up = data.frame.rotation[2]
-    orbit, height = _best_view(reach, up)
+    orbit, height = _best_view(reach, data.frame.rotation[2])
     canvas.heading("The part as measured", height)
 
     def paint(painter: QPainter, box: QRectF) -> None:
@@ -166,8 +165,7 @@ def placed_words(
     taken, count = np.empty((len(tags), 4)), 0
     for tag, place in zip(tags, places, strict=True):
         anchor = QPointF(box.left() + place[0], box.top() + place[1])
-        width = metrics.horizontalAdvance(printable(tag.text)) + 2.0 * _PAD
-        spots = _spots(anchor, width, height)
+        spots = _spots(anchor, metrics.horizontalAdvance(printable(tag.text)) + 2.0 * _PAD, height)
         inside = (spots[:, 0] >= box.left()) & (spots[:, 2] <= box.right())
         inside &= (spots[:, 1] >= box.top()) & (spots[:, 3] <= box.bottom())
         spots = spots[inside]
@@ -217,8 +215,7 @@ def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
     canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
     canvas.write_sentence(f"Band: tolerance about its middle. Whisker: {U_LABEL}.", SMALL)
     for item in shown:
-        paint = partial(_paint_deviation, item=item, canvas=canvas)
-        canvas.draw(_ROW, paint, item.result.name)
+        canvas.draw(_ROW, partial(_paint_deviation, item=item, canvas=canvas), item.result.name)
 
 
 def _place(item: report.ReportedResult) -> tuple[float, float] | None:

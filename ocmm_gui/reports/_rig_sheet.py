@@ -81,8 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
 
     def write() -> None:
-        sheet = read_sheet(options.sheet)
-        write_together({options.pdf: rig_sheet_pdf(sheet, options.language)})
+        write_together({options.pdf: rig_sheet_pdf(read_sheet(options.sheet), options.language)})
 
     return draw(write, "The sheet of the rig", "The prediction is unchanged.")
 

@@ -143,8 +143,7 @@ def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
     for task in evaluation.uncertainty_of(_evaluated(path, tell)[1]).tasks:
         own = tuple(item for item in task.characteristics if item.name == name)
         if own:
-            asked = replace(task, characteristics=own)
-            return simulate(asked, MonteCarloOptions(), tell).values[0]
+            return simulate(replace(task, characteristics=own), MonteCarloOptions(), tell).values[0]
     raise MeasuringError(
         "monte_carlo.no_value",
         f"{name} has no value to simulate yet.",

@@ -277,8 +277,7 @@ class StandingLabels:
 
 def _edges_of(labels: Sequence[PlacedLabel]) -> Float:
     """Return left, top, right and bottom of labels (n, 4), px."""
-    edges = [one.rect.getCoords() for one in labels]
-    return np.array(edges, dtype=np.float64).reshape(-1, 4)
+    return np.array([one.rect.getCoords() for one in labels], dtype=np.float64).reshape(-1, 4)
 
 
 def _picture(

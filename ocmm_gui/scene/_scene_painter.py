@@ -166,8 +166,7 @@ class ScenePainter:
 
     def _projected(self, tags: Collection[Tag]) -> Float:
         """Return the points of labels, (n, 2), px."""
-        points = np.array([tag.point for tag in tags]).reshape(-1, 3)
-        return self._picture.apply(points)[:, :2]
+        return self._picture.apply(np.array([tag.point for tag in tags]).reshape(-1, 3))[:, :2]
 
     def _paint_tags(self, painter: QPainter) -> None:
         placed = (*self._placed, *self._stay)
@@ -181,8 +180,7 @@ class ScenePainter:
         for one in self._placed:
             paint_label(painter, one, self._font, self._halo)
         if self._standing is not None:
-            at = self._box.topLeft()
-            self._standing.paint(painter, self._stay, self._font, self._halo, at)
+            self._standing.paint(painter, self._stay, self._font, self._halo, self._box.topLeft())
         self.words += [(one.tag.text, one.rect) for one in placed]
 
 
@@ -202,8 +200,7 @@ def merge_short(ends: Float) -> Float:
         np.abs(ends[1:, 0] - ends[:-1, 1]).max(axis=1) > _SAME_PX
     )
     at = np.flatnonzero(begins)
-    after = np.append(at[1:], len(ends)) - 1
-    return np.stack([ends[at, 0], ends[after, 1]], axis=1)
+    return np.stack([ends[at, 0], ends[np.append(at[1:], len(ends)) - 1, 1]], axis=1)
 
 
 def _cut(ends: Float, depth: Depth, box: QRectF) -> tuple[Float, Float]:

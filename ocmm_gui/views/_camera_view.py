@@ -172,8 +172,7 @@ class CameraPlot(Themed, QWidget):
 
     def _keep_in_sight(self, spots: Float) -> None:
         low, high = spots.min(axis=0), spots.max(axis=0)
-        aspect = self._box.width() / max(self._box.height(), 1.0)
-        shape = np.array([max(aspect, 1.0), 1.0])
+        shape = np.array([max(self._box.width() / max(self._box.height(), 1.0), 1.0), 1.0])
         spread = float(((high - low) / shape).max())
         wanted = next((s for s in _SIDES_PX if spread < _FILL * s), _SIDES_PX[-1])
         reach = 0.5 * self._side * (1.0 - 2.0 * _EDGE) * shape

@@ -130,8 +130,7 @@ def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tupl
     if live is None or live.reference is None or live.reference.leds_world is None:
         return ()
     leds = live.reference.leds_world
-    middle = leds.mean(axis=0)
-    frame = np.stack([np.broadcast_to(middle, leds.shape), leds], axis=1)
+    frame = np.stack([np.broadcast_to(leds.mean(axis=0), leds.shape), leds], axis=1)
     tags = [Tag(led, reference_led_name(number), theme.muted) for number, led in enumerate(leds)]
     return (
         Lines(frame, theme.muted, 2.0),
@@ -289,8 +288,7 @@ def _sides(
     feature: FeatureView, surface: Float, theme: Theme, *, active: bool, has_last: bool
 ) -> Iterator[Item]:
     """Yield touch directions of the active feature, and of the last point."""
-    outward = np.stack([point.direction for point in feature.points])
-    tails = surface + _ARROW_MM * outward
+    tails = surface + _ARROW_MM * np.stack([point.direction for point in feature.points])
     if active:
         yield Lines(_arrows(tails, surface), theme.text, 1.4)
     if has_last:
@@ -348,8 +346,7 @@ def target_items(
     place, normal = target.surface_world, target.normal_world
     items.append(Dots(place[None], theme.accent, 13.0, theme.text))
     if np.any(normal):
-        stem = np.stack([place + _STEM_MM * normal, place])[None]
-        items.append(Lines(stem, theme.accent, 2.0))
+        items.append(Lines(np.stack([place + _STEM_MM * normal, place])[None], theme.accent, 2.0))
     if tip_world is not None and job.target is not None:
         radius = _RING_MM * cue(target.distance(tip_world)).ring_px_fraction
         corners = shapes.ring(place, normal if np.any(normal) else up, radius)
@@ -367,9 +364,8 @@ def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tu
     if aim is None:
         return ()
     place, normal = aim
-    ring = shapes.ring(place, normal, _AIM_MM)
     items: list[Item] = [
-        Lines(shapes.polyline(ring, closed=True), theme.warn, 2.0),
+        Lines(shapes.polyline(shapes.ring(place, normal, _AIM_MM), closed=True), theme.warn, 2.0),
         Dots(place[None], theme.warn, 6.0, theme.panel),
     ]
     if len(probe):

@@ -251,9 +251,8 @@ def field_request(picture: DeviationPicture, placed: PlacedPart | None) -> Field
     if placed is None or placed.is_rough or not whiskers:
         return None
     place = placed.T_world_from_model
-    bases = np.stack([item.base_world for item in whiskers])
     return FieldRequest(
-        (bases - place.translation) @ place.rotation,
+        (np.stack([item.base_world for item in whiskers]) - place.translation) @ place.rotation,
         np.array([item.share for item in whiskers]),
         np.array([item.kind is DeviationClass.WITHIN for item in whiskers]),
     )

@@ -130,8 +130,7 @@ class PartPicture(scene.OrbitView):
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, self._words or tr("No model"))
             return
         if self._fits:
-            reach = _corners(self._model)
-            wanted = self._orbit.fitted(reach, inside.width(), inside.height())
+            wanted = self._orbit.fitted(_corners(self._model), inside.width(), inside.height())
             if not wanted.is_like(self._orbit):
                 self._orbit = wanted
         font = kit.text_font(12)

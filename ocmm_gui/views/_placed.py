@@ -50,10 +50,9 @@ class PartPlacement(PartDrawing):
         self.use(None if placed is None else placed.model)
         if before is not None and placed is not None and before.model is placed.model:
             old, new = before.T_world_from_model, placed.T_world_from_model
-            alike = np.array_equal(old.rotation, new.rotation) and np.array_equal(
+            if np.array_equal(old.rotation, new.rotation) and np.array_equal(
                 old.translation, new.translation
-            )
-            if alike:
+            ):
                 # Another object would repaint the part.
                 placed = PlacedPart(placed.model, old, placed.is_rough)
         self._placed = placed
@@ -153,8 +152,7 @@ class PartPlacement(PartDrawing):
         places = placed.model.vertices[np.unique(placed.model.triangles[rows])]
         if not len(places):
             return _NO_PLACES
-        extent = np.stack([places.min(axis=0), places.max(axis=0)])
-        return placed.T_world_from_model.apply(extent)
+        return placed.T_world_from_model.apply(np.stack([places.min(axis=0), places.max(axis=0)]))
 
     def hides(self, target: Target, side: Float) -> bool:
         """Return whether the part hides a place from an eye in a direction (3,), unit."""

@@ -66,8 +66,7 @@ class PointView(OrbitView):
     """
 
     def __init__(self, rig: Rig, body: ProbeBody, *, animated: bool = False) -> None:
-        up = upright(rig)
-        start = seen_from(rig, up)
+        start = seen_from(rig, upright(rig))
         super().__init__(
             tr("3-D view"), (600, 420), (240, 160), start.fitted(rig.volume_world, 1.0, 1.0)
         )
@@ -106,8 +105,7 @@ class PointView(OrbitView):
         pyramids = [shapes.camera_pyramid(camera, depth) for camera in rig.cameras]
         self._rig_lines = np.concatenate(pyramids)
         reach = np.concatenate([self._rig_lines.reshape(-1, 3), rig.volume_world])
-        overview = start.fitted(reach, OVERVIEW_ASPECT, 1.0)
-        self._overview = Overview(rig, overview, self._rig_lines)
+        self._overview = Overview(rig, start.fitted(reach, OVERVIEW_ASPECT, 1.0), self._rig_lines)
 
     def show_live(self, live: LiveView) -> None:
         """Show the probe; not drawn without a trusted pose."""

@@ -17,8 +17,7 @@ _TURN = 48
 
 def polyline(points: Float, *, closed: bool = False) -> Float:
     """Return the segments (n, 2, 3) between consecutive points (m, 3)."""
-    following = np.roll(points, -1, axis=0)
-    segments = np.stack([points, following], axis=1)
+    segments = np.stack([points, np.roll(points, -1, axis=0)], axis=1)
     return segments if closed else segments[:-1]
 
 
@@ -152,8 +151,7 @@ def _torus(fit: Fit, surface: Float) -> tuple[Float, Float]:
         ring(fit.point + lift, fit.direction, fit.radius),
         ring(fit.point - lift, fit.direction, fit.radius),
     ]
-    middles = ring(fit.point, fit.direction, fit.radius)[:: _TURN // 8]
-    for middle in middles:
+    for middle in ring(fit.point, fit.direction, fit.radius)[:: _TURN // 8]:
         outward = (middle - fit.point) / max(fit.radius, 1e-9)
         circles.append(ring(middle, np.cross(fit.direction, outward), fit.second))
     return np.concatenate([polyline(corners, closed=True) for corners in circles]), _NOTHING

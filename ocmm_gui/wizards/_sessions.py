@@ -26,14 +26,13 @@ from ocmm_gui.kit import later, localised, read_number
 from ocmm_gui.wizards._site import WizardSite, chosen, given, named, table_options, temperature
 from ocmm_gui.wizards.pages import TEMPERATURE, THERMOMETER, WHO, Field
 
+_ALWAYS = (WHO, TEMPERATURE, THERMOMETER)
 _BAR = "Length bar document"
 
 
 def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
     return (
-        WHO,
-        TEMPERATURE,
-        THERMOMETER,
+        *_ALWAYS,
         Field(
             "points",
             later("Reference points"),
@@ -54,9 +53,7 @@ def known_points_setup(values: Mapping[str, str], now: datetime) -> KnownPointsS
 
 def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (
-        WHO,
-        TEMPERATURE,
-        THERMOMETER,
+        *_ALWAYS,
         Field(
             "bar", later("Length bar"), later("Its document, with the certificate"),
             str(resource("artefacts", "bar.toml")),
@@ -112,7 +109,7 @@ def relocation_setup(values: Mapping[str, str], now: datetime) -> RelocationSetu
 
 
 def tracker_fields(_site: WizardSite) -> tuple[Field, ...]:
-    return (WHO, TEMPERATURE, THERMOMETER)
+    return _ALWAYS
 
 
 def tracker_setup(values: Mapping[str, str], now: datetime) -> TrackerSetup:
@@ -122,9 +119,7 @@ def tracker_setup(values: Mapping[str, str], now: datetime) -> TrackerSetup:
 
 def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (
-        WHO,
-        TEMPERATURE,
-        THERMOMETER,
+        *_ALWAYS,
         Field(
             "bar", later("Length bar"), later("Not the one used to calibrate the cameras"),
             str(resource("artefacts", "verification_bar.toml")),
@@ -161,9 +156,7 @@ _SPHERE = Field(
 
 def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
     return (
-        WHO,
-        TEMPERATURE,
-        THERMOMETER,
+        *_ALWAYS,
         Field("tip", later("Tip"), later("Marking on the mounted stylus"), _proposed_tip(site)),
         Field(
             "place", later("Where the tip is"), later("What is already known of it"),
@@ -187,7 +180,7 @@ def pivot_setup(values: Mapping[str, str], now: datetime) -> PivotSetup:
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
     nominal = "" if site.probe is None else localised(f"{2.0 * site.probe.design.tip_radius:g}")
     ball = Field("nominal", later("Ball, mm"), later("Nominal diameter"), nominal)
-    return (WHO, TEMPERATURE, THERMOMETER, _mounted(site), ball, _SPHERE, _CONE)
+    return (*_ALWAYS, _mounted(site), ball, _SPHERE, _CONE)
 
 
 def qualification_setup(values: Mapping[str, str], now: datetime) -> QualificationSetup:
@@ -196,7 +189,7 @@ def qualification_setup(values: Mapping[str, str], now: datetime) -> Qualificati
 
 
 def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
-    return (WHO, TEMPERATURE, THERMOMETER, _mounted(site), _SPHERE, _CONE)
+    return (*_ALWAYS, _mounted(site), _SPHERE, _CONE)
 
 
 def tip_check_setup(values: Mapping[str, str], now: datetime) -> TouchSetup:

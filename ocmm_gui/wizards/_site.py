@@ -251,5 +251,4 @@ def temperature(values: Mapping[str, str], now: datetime) -> Temperature | None:
     Without a typed number, a thermometer of the register is read by its source.
     """
     text, stated = values.get("temperature", ""), values.get("thermometer", "")
-    celsius = read_number(TEMPERATURE, text) if text.strip() else None
-    return read_temperature(celsius, stated, now)
+    return read_temperature(read_number(TEMPERATURE, text) if text.strip() else None, stated, now)

@@ -358,9 +358,8 @@ class Rail(kit.PaintedWidget):
                 head = QRectF(text.left(), text.center().y() - 25.0, text.width(), 26.0)
                 painter.drawText(head, _LEFT, title)
                 kit.ink(painter, QColor(theme.muted), font=kit.text_font(14))
-                count = QRectF(text.left() + 18.0, text.center().y() + 1.0, text.width(), 20.0)
                 painter.drawText(
-                    count,
+                    QRectF(text.left() + 18.0, text.center().y() + 1.0, text.width(), 20.0),
                     _LEFT,
                     tr("{done} of {wanted}").format(done=step.done, wanted=step.wanted),
                 )

@@ -5,8 +5,8 @@ In: lines of a client over TCP, touches of a station. Out: answers, and a job ne
 Read `_session` first (transactions, error state, touches), then `_registry` (the commands, and the
 handlers of touches and tools) with `_commands` (other handlers), `_state` and `_points`. `_grammar`
 (with its dialects) and `_frames` are pure. `_machine` is a measuring station, `_server` the
-sockets, `_service` joins them, `_command` is `ocmm serve ippdme`. Numbers come from the core; a
-point that it refuses is never answered.
+sockets, and the service that joins both; `_command` is `ocmm serve ippdme`. Numbers come from the
+core; a point that it refuses is never answered.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from ocmm_serve.ippdme._grammar import DmeDialect
     from ocmm_serve.ippdme._machine import StationMachine
     from ocmm_serve.ippdme._registry import CommandSpec, supported
-    from ocmm_serve.ippdme._server import DmeServer
-    from ocmm_serve.ippdme._service import SERVICE, DmeOptions, DmeService
+    from ocmm_serve.ippdme._server import SERVICE, DmeOptions, DmeServer, DmeService
     from ocmm_serve.ippdme._session import DmeSession
     from ocmm_serve.ippdme._state import DmeState
 else:

@@ -17,7 +17,7 @@ from ocmm_serve.site import POINTS, ServedAddress, close_station, stop_event
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal import PlainConsole
-    from ocmm_serve.ippdme._service import DmeService
+    from ocmm_serve.ippdme._server import DmeService
 
 serve_app = typer.Typer(
     no_args_is_help=True, help="Serve points to measuring programs of other makers."
@@ -47,7 +47,7 @@ def serve_ippdme(
     from ocmm_core.inspection.evaluation import JobHeader
     from ocmm_serve.ippdme._frames import ShiftSign
     from ocmm_serve.ippdme._grammar import DmeDialect
-    from ocmm_serve.ippdme._service import DmeOptions, DmeService
+    from ocmm_serve.ippdme._server import DmeOptions, DmeService
     from ocmm_serve.ippdme._session import OPERATOR
 
     console = make_console()
@@ -62,8 +62,7 @@ def serve_ippdme(
         failures.append(error)
         console.show(str(error))
 
-    request = site.request(resource("plans", POINTS))
-    built = build_station(replace(request, stay=True, idle=True))
+    built = build_station(replace(site.request(resource("plans", POINTS)), stay=True, idle=True))
     header = JobHeader(site.operator, built.station.job.plan.part, site.serial)
     try:
         service = DmeService(built.station, built.hand, header, options, console.show, fail)

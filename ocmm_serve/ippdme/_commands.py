@@ -216,8 +216,7 @@ def get_coord_system(state: DmeState, args: Args) -> list[str]:
 
 
 def set_csy_transformation(state: DmeState, args: Args) -> None:
-    name = word_in(args[:1])
-    state.frames = state.frames.transformed(name, numbers_in(args[1:], 6))
+    state.frames = state.frames.transformed(word_in(args[:1]), numbers_in(args[1:], 6))
     state.changed_frames()
 
 
@@ -231,8 +230,7 @@ def get_csy_transformation(state: DmeState, args: Args) -> list[str]:
 def transformation_text(state: DmeState, found: CsyTransformation) -> str:
     if state.dialect is grammar.DmeDialect.V14:
         return grammar.call_text("GetCsyTransformation", *found.values)
-    names = ("X0", "Y0", "Z0", "Theta", "Psi", "Phi")
-    pairs = zip(names, found.values, strict=True)
+    pairs = zip(("X0", "Y0", "Z0", "Theta", "Psi", "Phi"), found.values, strict=True)
     return grammar.list_text(grammar.call_text(name, value) for name, value in pairs)
 
 
@@ -247,8 +245,7 @@ def store_csy(state: DmeState, name: str, found: CsyTransformation) -> None:
 
 
 def load_coord_system(state: DmeState, args: Args) -> None:
-    values = named_csy(state, args).values
-    state.frames = state.frames.transformed(CHAIN[-1], values)
+    state.frames = state.frames.transformed(CHAIN[-1], named_csy(state, args).values)
     state.changed_frames()
 
 

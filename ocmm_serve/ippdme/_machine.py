@@ -38,8 +38,7 @@ class StationMachine:
         self, station: MeasuringStation, hand: Any, header: JobHeader, tell: Callable[[str], None]
     ) -> None:
         self._station, self._header, self.tell = station, header, tell
-        probe = station.instruments.probe_in_use
-        self._body = body = probe.body
+        self._body = body = station.instruments.probe_in_use.body
         low, high = body.leds_probe.min(axis=0), body.leds_probe.max(axis=0)
         ends = np.array([[-body.tip_radius] * 3, [body.tip_radius] * 3])
         corners = np.vstack([[low, high] - body.tip_probe, ends])
@@ -207,8 +206,7 @@ class StationMachine:
             return None
         normal = np.zeros(3) if target.normal is None else target.normal
         feature = self._station.job.plan.features[0].name
-        ball = self._ball(target)
-        return Target(feature, target.surface, normal, ball, words=target.words)
+        return Target(feature, target.surface, normal, self._ball(target), words=target.words)
 
     def _tell_fault(self, error: OcmmError) -> None:
         self.tell(str(error))

@@ -92,8 +92,7 @@ def require_measuring(state: DmeState) -> None:
 
 
 def get(state: DmeState, args: Args) -> list[str]:
-    names = names_in(args, (*AXES, *ABSENT))
-    return [pose_text(state, names, state.machine.pose())]
+    return [pose_text(state, names_in(args, (*AXES, *ABSENT)), state.machine.pose())]
 
 
 def on_scan_report(state: DmeState, args: Args) -> None:

@@ -270,8 +270,7 @@ def _limit(state: DmeState, block: str, item: str) -> str:
     if limits is None or kind not in ("", "Act", "Min", "Max", "Def"):
         raise grammar.DmeError(510)
     own = {"Min": limits.low, "Max": limits.high, "Def": limits.default}
-    value = own.get(kind, state.parameter(block, name))
-    return grammar.number_text(value)
+    return grammar.number_text(own.get(kind, state.parameter(block, name)))
 
 
 def _orientation(state: DmeState, kind: str) -> str:

@@ -58,8 +58,7 @@ def serve_lines(
 
         return StreamServer(station, options, tell, plain)
 
-    request = site.request(plan_for(plan, site.source))
-    run(request, made, _ENDS[end], face)
+    run(site.request(plan_for(plan, site.source)), made, _ENDS[end], face)
 
 
 def serve_keyboard(
@@ -83,8 +82,7 @@ def serve_keyboard(
     made = LineTemplate.parse(template, unit, point, decimal)
     receiver = KeyboardReceiver(find_tool(), window)
 
-    request = site.request(plan_for(plan, site.source))
     run(
-        request, made, _ENDS[end],
+        site.request(plan_for(plan, site.source)), made, _ENDS[end],
         lambda station, plain, note: LineFeed(station, plain, receiver, note),
     )  # fmt: skip

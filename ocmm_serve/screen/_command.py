@@ -45,8 +45,7 @@ def serve_screen(
     )
     console = make_console(soft_wrap=True)
     ended = stop_event()
-    request = site.request(plan_for(plan, site.source))
-    with serving(replace(request, stay=True), console) as built:
+    with serving(replace(site.request(plan_for(plan, site.source)), stay=True), console) as built:
         station = built.station
         server = ScreenServer(
             station, options, lambda error: station.faults.note(error, "The second screen")

@@ -256,8 +256,7 @@ class ScreenServer:
                     "This page can only read.",
                     "Use the buttons of the station.",
                 )
-            loop = asyncio.get_running_loop()
-            await loop.run_in_executor(self._actions, self._job.act, call)
+            await asyncio.get_running_loop().run_in_executor(self._actions, self._job.act, call)
             what, remedy = "", ""
         except Exception as error:
             self.refused += isinstance(error, MeasuringError) and error.code == "screen.read_only"

@@ -233,8 +233,7 @@ def _study(plan: StudyPlan, trend: Trend, level: float) -> CharacteristicStudy:
             level=level,
         )
         cells = values.reshape(-1, values.shape[2])
-        own = np.sqrt(np.mean(stated**2, axis=2)).ravel()
-        compared = single.compare_stated(cells, own)
+        compared = single.compare_stated(cells, np.sqrt(np.mean(stated**2, axis=2)).ravel())
     except OcmmError as error:
         return CharacteristicStudy(
             trend.name, trend.low, trend.high, None, None, None, None, f"{error.what}"

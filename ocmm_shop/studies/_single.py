@@ -128,8 +128,7 @@ def linearity_study(
     n, centre = len(x), float(x.mean())
     sxx = float(np.sum((x - centre) ** 2))
     slope = float(np.sum((x - centre) * y)) / sxx
-    middle = float(y.mean())
-    intercept = middle - slope * centre
+    intercept = float(y.mean()) - slope * centre
     sigma = math.sqrt(float(np.sum((y - intercept - slope * x) ** 2)) / (n - 2))
     t = float(stats.t.ppf(0.975, n - 2))
 

@@ -279,8 +279,7 @@ def _data_end(frame: bytes) -> int:
 
 def main() -> None:
     """Run the proxy."""
-    config = msgspec.json.decode(sys.stdin.buffer.readline(), type=ProxyConfig)
-    proxy = Proxy(config)
+    proxy = Proxy(msgspec.json.decode(sys.stdin.buffer.readline(), type=ProxyConfig))
     take_priority(CAMERA_PRIORITY)
     try:
         sys.stdout.write(f"{READY}\n")

@@ -175,8 +175,7 @@ def stand_of(rig: Rig, place: str, number: int) -> Float:
     An empty place is the middle, where spheres are next to each other by number.
     """
     middle = rig.volume_world.mean(axis=0)
-    centres = np.array([camera.centre_world for camera in rig.cameras])
-    away = unit(middle - centres.mean(axis=0))
+    away = unit(middle - np.array([camera.centre_world for camera in rig.cameras]).mean(axis=0))
     reach = _THIRD * float(np.abs(away) @ np.ptp(rig.volume_world, axis=0))
     side = dict(zip(PLACES, (-reach, reach), strict=True)).get(place)
     offset = np.array([60.0 * number, 0.0, 0.0]) if side is None else side * away

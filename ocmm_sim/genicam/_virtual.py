@@ -51,9 +51,8 @@ _SILENCE_S = 60.0
 def virtual_genicam_feed(script: RigScript, rig: Rig, name: str, n_leds: int) -> Feed:
     """Return the cameras of a script and their reader, ready to start."""
     ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
-    serials = tuple(str(one.serial) for one in rig.cameras)
     config = msgspec.structs.replace(
-        genicam_config(rig, serials, ring, name),
+        genicam_config(rig, tuple(str(one.serial) for one in rig.cameras), ring, name),
         period_ns=round(1e9 / script.frame_rate_hz), stretched=True, silence_s=_SILENCE_S,
         button_line=0,
     )  # fmt: skip
@@ -84,9 +83,8 @@ class RenderedCamera:
             # Two pixels share three bytes.
             left = 2 * (min(max(int(u) - _REACH, 0), sensor.width - 2 * _REACH) // 2)
             top = min(max(int(v) - _REACH, 0), sensor.height - 2 * _REACH)
-            piece = sensor.picture(frame, lights, _EXPOSURE_NS, left, top, 2 * _REACH, 2 * _REACH)
             data[top : top + 2 * _REACH, left * 3 // 2 : (left + 2 * _REACH) * 3 // 2] = packed(
-                piece
+                sensor.picture(frame, lights, _EXPOSURE_NS, left, top, 2 * _REACH, 2 * _REACH)
             )
         return data.data.cast("B")
 

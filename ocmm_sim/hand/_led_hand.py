@@ -128,8 +128,7 @@ class MouseHand:
         start = inverse.apply(origin_world)
         toward = np.ascontiguousarray(inverse.rotation @ toward_world)
         place, normal = np.empty(3), np.empty(3)
-        way = self._march(start, toward, _REACH_MM, place, normal)
-        if way < _REACH_MM:
+        if self._march(start, toward, _REACH_MM, place, normal) < _REACH_MM:
             clear = clear_mm
             if clear > 0.0:
                 # In a bore it keeps clear of the opposite side.
@@ -138,8 +137,7 @@ class MouseHand:
                 clear = min(clear, _FREE_SHARE * free)
             return HandTarget(place, normal, clear, turn)
         # Off the part: in the plane through the ball, perpendicular to the view.
-        now = self._ball_part()
-        along = float((now - start) @ toward)
+        along = float((self._ball_part() - start) @ toward)
         return HandTarget(start + along * toward, np.zeros(3), 0.0, turn)
 
     def wish_here(self, turn: Float) -> HandTarget:
@@ -221,8 +219,7 @@ class MouseHand:
         # The part holds a touching ball; near it the hand is guided.
         share = np.clip(gaps / _SWAY_MM, 0.0, 1.0)[:, None]
         tip_world = self._pose.apply(tips) + share * waves[:, 1]
-        rotation = _rotations(turns + waves[:, 0])
-        return Motion(rotation, tip_world, button, contact)
+        return Motion(_rotations(turns + waves[:, 0]), tip_world, button, contact)
 
     def _ball_part(self) -> Float:
         with self._lock:
@@ -308,8 +305,7 @@ class MouseHand:
         place, normal = np.empty(3), np.empty(3)
         # Off the surface on which it may still rest.
         kernel.distance(np.ascontiguousarray(start), self._solids.rows, self._solids.holes, normal)
-        first = start + 0.01 * normal
-        return self._march(first, toward, way, place, normal) >= way - 0.05
+        return self._march(start + 0.01 * normal, toward, way, place, normal) >= way - 0.05
 
     def _wanted_attitude(self, wish: HandTarget) -> Float:
         # Cached for many blocks of frames: the part does not move.
@@ -324,10 +320,8 @@ class MouseHand:
         level = float(np.hypot(normal[0], normal[1]))
         bore = wish.clear_mm < 0.95 * CLEAR_MM and level > 0.5
         base = rotation_from_vector(attitude_at(normal, np.zeros(2), 0.0, bore=bore))
-        size = float(np.linalg.norm(wish.turn))
-        turn = wish.turn * min(1.0, _MOST_TILT / max(size, 1e-9))
-        leaned = rotation_from_vector(np.array([-turn[1], turn[0], 0.0]))
-        return rotation_vector(leaned @ base)
+        turn = wish.turn * min(1.0, _MOST_TILT / max(float(np.linalg.norm(wish.turn)), 1e-9))
+        return rotation_vector(rotation_from_vector(np.array([-turn[1], turn[0], 0.0])) @ base)
 
     def _turned(self, wanted: Float, count: int) -> Float:
         """Return attitudes (n, 3) towards the wanted one, and store the last."""

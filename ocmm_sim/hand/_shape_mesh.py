@@ -104,8 +104,7 @@ def _add_slab(mesh: _Mesh, solid: Solid) -> None:
     a, b, thick = solid.sizes
 
     def world(flat: Float, z: float) -> Float:
-        local = np.column_stack([flat, np.full(len(flat), z)])
-        placed: Float = local @ solid.axes + solid.origin
+        placed: Float = np.column_stack([flat, np.full(len(flat), z)]) @ solid.axes + solid.origin
         return placed
 
     def facing(flat: Float) -> Float:
@@ -151,8 +150,7 @@ def _add_round(mesh: _Mesh, solid: Solid) -> None:
     around = np.stack([np.cos(_TURN), np.sin(_TURN), 0.0 * _TURN], axis=1) @ solid.axes
     axis, origin = solid.axes[2], solid.origin
     if solid.kind == kernel.ROUND:
-        slant = np.hypot(c, a - b)
-        normal = (c * around + (a - b) * axis) / slant
+        normal = (c * around + (a - b) * axis) / np.hypot(c, a - b)
         rings = [origin + a * around, origin + b * around + c * axis]
         mesh.strip(solid.feature, "Cone", rings, [normal, normal])
         top = np.concatenate([rings[1], (origin + c * axis)[None]])

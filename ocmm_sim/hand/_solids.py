@@ -128,8 +128,7 @@ def _hole(entry: surfaces.BoreEntry | surfaces.SlotEntry | surfaces.EllipseEntry
     if isinstance(entry, surfaces.BoreEntry):
         row[kernel.HALF_B] = 0.5 * entry.diameter
         return row
-    turn = slab.axes[:2] @ unit(np.array(entry.along))
-    row[[kernel.COSINE, kernel.SINE]] = turn
+    row[[kernel.COSINE, kernel.SINE]] = slab.axes[:2] @ unit(np.array(entry.along))
     a, b = 0.5 * entry.length, 0.5 * entry.width
     if isinstance(entry, surfaces.EllipseEntry):
         row[kernel.OUTLINE] = kernel.OVAL

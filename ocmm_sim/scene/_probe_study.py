@@ -248,8 +248,7 @@ def _run_some(study: ProbeStudy, seeds: list[np.random.SeedSequence]) -> tuple[F
 
 def _led_errors(study: ProbeStudy, arms: Points3) -> tuple[Float, float]:
     """Return the tip error in the LED frame, and the mean error of the LEDs."""
-    s = arms.T @ study.leds
-    u, _, vt = np.linalg.svd(s)
+    u, _, vt = np.linalg.svd(arms.T @ study.leds)
     turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
     off = np.linalg.norm(arms @ turn.T - study.leds, axis=1)
     return rigid_fit(arms, study.leds)[1], float(off.mean())

@@ -188,8 +188,7 @@ class VirtualRig:
     def _nudged(self, motion: Motion, first: int) -> Motion:
         if not self.options.nudges:
             return motion
-        count = len(motion.tip_world)
-        turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
+        turn, shift = nudged(self.options.nudges, np.arange(first, first + len(motion.tip_world)))
         return replace(
             motion,
             rotation_world_from_probe=turn @ motion.rotation_world_from_probe,
@@ -324,8 +323,7 @@ class VirtualRig:
         return places
 
     def _times(self, first: int, count: int) -> Float:
-        frames = np.arange(first, first + count, dtype=np.float64)
-        return frames * (self.frame_period_ns * 1e-9)
+        return np.arange(first, first + count, dtype=np.float64) * (self.frame_period_ns * 1e-9)
 
     def _frame_at(self, time_s: float) -> int:
         """Return the first frame at or after a time."""

@@ -125,8 +125,7 @@ class Sensor:
         ``lit`` (L,): LEDs lit by the strobe; the others, and those at NaN, give no light.
         """
         o = self.options
-        electrons = o.led_electrons_per_us * 1e-3 * exposure_ns
-        light = np.full((*uv.shape[:-1], 3), electrons)
+        light = np.full((*uv.shape[:-1], 3), o.led_electrons_per_us * 1e-3 * exposure_ns)
         light[..., :2] = np.where(lit[:, None], uv, np.nan)
         if o.coma_px == 0.0:
             return light

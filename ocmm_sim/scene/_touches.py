@@ -79,8 +79,7 @@ def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Cont
     """
     balls = contacts.points + radius * contacts.normals
     gaps = np.linalg.norm(balls[:, None] - tips[None], axis=2).min(axis=1, initial=np.inf)
-    order = np.argsort(-gaps, kind="stable")
-    return contacts.subset(sorted(order[:count].tolist()))
+    return contacts.subset(sorted(np.argsort(-gaps, kind="stable")[:count].tolist()))
 
 
 def _together(points: Float, normals: Float, place: int | None = None) -> Contacts:
@@ -123,8 +122,7 @@ def _grid(count: int, aspect: float, rng: np.random.Generator) -> list[tuple[flo
     rows = -(-count // columns)
     places: list[tuple[float, float]] = []
     for row in range(rows):
-        here = min(columns, count - row * columns)
-        across = _spread(here)
+        across = _spread(min(columns, count - row * columns))
         if row % 2:
             across = across[::-1]
         places += [(float(u), float(_spread(rows)[row])) for u in across]
@@ -259,8 +257,7 @@ def _share(count: int, weight: Float) -> list[int]:
     """Return `count` divided into integers by `weight` (largest remainder)."""
     exact = count * weight / weight.sum()
     shares = np.floor(exact).astype(int)
-    order = np.argsort(-(exact - shares), kind="stable")
-    shares[order[: count - int(shares.sum())]] += 1
+    shares[np.argsort(-(exact - shares), kind="stable")[: count - int(shares.sum())]] += 1
     return [int(share) for share in shares]
 
 
@@ -296,12 +293,10 @@ def slide(artefact: surfaces.Artefact, length: float) -> Contacts:
         lines = max(int(np.ceil(length / (2.0 * half))), 3)
         v = np.repeat(np.linspace(v0 + rim[1], v1 - rim[1], lines), 2)
         u = 0.5 * (u0 + u1) + np.resize([-half, half, half, -half], len(v))
-        corners = point + u[:, None] * along + v[:, None] * np.cross(axis, along)
-        places = _dense(corners)
+        places = _dense(point + u[:, None] * along + v[:, None] * np.cross(axis, along))
         return _contacts(places, np.tile(axis, (len(places), 1)))
     if isinstance(artefact, surfaces.LineEntry):
-        ends = point + artefact.length * np.array([[0.06], [0.94]]) * axis
-        places = _dense(ends)
+        places = _dense(point + artefact.length * np.array([[0.06], [0.94]]) * axis)
         return _contacts(places, np.tile(unit(np.array(artefact.normal)), (len(places), 1)))
     if not isinstance(
         artefact,

@@ -49,8 +49,7 @@ def draw_pattern(
     nodes = np.empty((2, rows, columns))
     for axis in range(2):
         wave = rng.standard_normal((2, _WAVES)) / noise.pattern_length_px
-        phase = rng.uniform(0.0, 2.0 * np.pi, _WAVES)
-        cos_u, sin_u = _waves(columns, step * wave[0], phase)
+        cos_u, sin_u = _waves(columns, step * wave[0], rng.uniform(0.0, 2.0 * np.pi, _WAVES))
         cos_v, sin_v = _waves(rows, step * wave[1], np.zeros(_WAVES))
         nodes[axis] = cos_v @ cos_u.T - sin_v @ sin_u.T
     nodes *= noise.pattern_px * np.sqrt(2.0 / _WAVES)
@@ -66,8 +65,7 @@ def _waves(count: int, turn: Float, phase: Float) -> tuple[Float, Float]:
     near = np.arange(_FEW)[:, None] * turn
     cos_far, sin_far, cos_near, sin_near = np.cos(far), np.sin(far), np.cos(near), np.sin(near)
     cosine = (cos_far * cos_near - sin_far * sin_near).reshape(-1, len(turn))[:count]
-    sine = (sin_far * cos_near + cos_far * sin_near).reshape(-1, len(turn))[:count]
-    return cosine, sine
+    return cosine, (sin_far * cos_near + cos_far * sin_near).reshape(-1, len(turn))[:count]
 
 
 def no_pattern(width: int, height: int) -> SpotPattern:

@@ -49,8 +49,7 @@ def object_information(objects: Mapping[int, DictionaryObject], request: bytes, 
             head = struct.pack("<HBBHHH", index, sub, 0, entry.kind, entry.bits, access)
             answer = head + entry.name.encode("ascii")
     if answer is None:
-        known = operation in (_LIST, _OBJECT, _ENTRY)
-        return _refusal(Abort.NO_OBJECT if known else Abort.COMMAND)
+        return _refusal(Abort.NO_OBJECT if operation in (_LIST, _OBJECT, _ENTRY) else Abort.COMMAND)
     if len(answer) + 4 > room:
         return _refusal(Abort.TOO_LONG_FOR_MAILBOX)
     return struct.pack("<BBH", operation + 1, 0, 0) + answer

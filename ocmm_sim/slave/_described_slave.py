@@ -67,8 +67,7 @@ def _described_eeprom(
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
-    revision = device.revisions[1]
-    head += struct.pack("<IIII", device.vendor, device.product, revision, serial)
+    head += struct.pack("<IIII", device.vendor, device.product, device.revisions[1], serial)
     head += bytes(16) + struct.pack("<HHHHH", *device.mailbox, _PROTOCOL_COE)
     head = head.ljust(0x7C, b"\x00") + struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
     name = device.name.encode("ascii", errors="replace")[:64]

@@ -189,8 +189,7 @@ class SimpleSensor:
         _valid, _flags, uv = self._provider.camera_frames(camera, 0, 1)
         for u, v in uv[0][np.isfinite(uv[0]).all(axis=1)]:
             across = np.exp(-0.5 * ((columns - u) / _SIGMA_PX) ** 2)
-            down = np.exp(-0.5 * ((rows - v) / _SIGMA_PX) ** 2)
-            grey += _PEAK * down[:, None] * across[None, :]
+            grey += _PEAK * np.exp(-0.5 * ((rows - v) / _SIGMA_PX) ** 2)[:, None] * across[None, :]
         return np.round(grey).astype(np.uint16)
 
     def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:

@@ -104,8 +104,7 @@ class SlaveClock:
 
 def time_difference(own_ns: int, received: bytes) -> int:
     """Return own minus received system time (4 or 8 bytes, low 32 bits used), ns."""
-    reference = int.from_bytes(received[:4], "little")
-    return (own_ns - reference + _SIGN) % _WORD - _SIGN
+    return (own_ns - int.from_bytes(received[:4], "little") + _SIGN) % _WORD - _SIGN
 
 
 def difference_register(difference_ns: int) -> int:

@@ -161,8 +161,7 @@ def verification_by_step(
     site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
 ) -> dict[str, tuple[Scene, ...]]:
     """Return the scenes of `scenes_of_verification` by step, in order."""
-    true = site.script(()).build().world.cameras
-    T_true_from_rig = _motion(rig, true)
+    T_true_from_rig = _motion(rig, site.script(()).build().world.cameras)
     scale, tips = _true_scale(site, bar), []
     for line in view.lines:
         begin, end = T_true_from_rig.apply(line.ends_world)
@@ -228,8 +227,7 @@ def _motion(rig: Rig, true: tuple[CameraModel, ...]) -> RigidTransform:
     corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)]
                         for bits in np.ndindex(2, 2, 2)])  # fmt: skip
     spots = np.stack([project(camera, corners) for camera in rig.cameras])
-    located = triangulate(replace(rig, cameras=true), spots)
-    return RigidTransform(*rigid_fit(corners, located))
+    return RigidTransform(*rigid_fit(corners, triangulate(replace(rig, cameras=true), spots)))
 
 
 def _normals() -> Points3:
@@ -335,10 +333,9 @@ def _scenes_of_acceptance(
             normals = np.array(position.normals * position.repeats)
             reach = float(np.linalg.norm(points[0] - points[1]))
             reach /= float(np.linalg.norm(normals[0] - normals[1]))
-            centre = points[0] - reach * normals[0]
             scenes.append(
                 TouchSphere(
-                    centre=triple(centre),
+                    centre=triple(points[0] - reach * normals[0]),
                     diameter=artefact.sizes[0] + error,
                     normals=tuple(triple(one) for one in normals[done:]),
                     seed=seed,

@@ -108,8 +108,7 @@ def kept_part(plan: Plan, plan_file: Path, rig: Rig) -> Path:
 
 
 def _entry(feature: NominalFeature) -> scene.TouchedEntry:
-    count = max(_AS_MANY * feature.points, len(feature.targets))
-    places = places_of(feature, count)
+    places = places_of(feature, max(_AS_MANY * feature.points, len(feature.targets)))
     if not len(places.points) or not np.linalg.norm(places.normals, axis=1).all():
         raise InputError(
             "part.places",
@@ -138,8 +137,7 @@ def _free(feature: NominalFeature, places: Float) -> float:
         return feature.diameter
     axis = np.array(feature.direction) / np.linalg.norm(feature.direction)
     arms = places - np.array(feature.point)
-    radii = np.linalg.norm(arms - (arms @ axis)[:, None] * axis, axis=1)
-    return 2.0 * float(radii.min())
+    return 2.0 * float(np.linalg.norm(arms - (arms @ axis)[:, None] * axis, axis=1).min())
 
 
 def _pose(motion: RigidTransform) -> scene.PartPose:
@@ -261,8 +259,7 @@ def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str
     )
     description = source.description
     per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
-    ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)
-    capacity = max(ahead, 2 * per_read)
+    capacity = max(round(_AHEAD_S * 1e9 / description.frame_period_ns), 2 * per_read)
     ring = FrameRing.create(len(description.camera_serials), capacity, description.n_slots)
     return Feed(
         AcquisitionWorker(source, ring), ring, description,

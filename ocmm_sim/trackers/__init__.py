@@ -3,7 +3,7 @@
 In: frames of a virtual rig, the document of a tracker. Out: messages of a tracker; faults on
 request.
 
-Read `_encoder` (what protocols share, faults, the server), `_streams` and `_ndi` (messages), then
+Read `_encoder` (what protocols share, faults, the server, streams) and `_ndi` (messages), then
 `_virtual` (markers and their errors; the virtual rig in a private network namespace).
 It must not import the receiver of the messages, except for its start and the checksums.
 """
@@ -11,9 +11,11 @@ It must not import the receiver of the messages, except for its start and the ch
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerFaults, TrackerServer, datagrams_of
+    from ocmm_sim.trackers._encoder import (
+        IgtlEncoder, Kind, MarkerEncoder, NatNetEncoder, QtmEncoder, TrackerFaults, TrackerServer,
+        datagrams_of, message,
+    )  # fmt: skip
     from ocmm_sim.trackers._ndi import NdiEncoder, Newest
-    from ocmm_sim.trackers._streams import IgtlEncoder, Kind, NatNetEncoder, QtmEncoder, message
     from ocmm_sim.trackers._virtual import MarkerErrors, SoftwareTracker, virtual_tracker_feed
 else:
     __getattr__ = lazy_exports(__name__)

@@ -23,9 +23,14 @@ from ocmm_core.geometry import Float
 from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
 from ocmm_sim.calibration_scenes import CalibratingScript, CalibrationScenesRig
 from ocmm_sim.scene import RigScript, VirtualRig
-from ocmm_sim.trackers._encoder import MarkerEncoder, TrackerServer
+from ocmm_sim.trackers._encoder import (
+    IgtlEncoder,
+    MarkerEncoder,
+    NatNetEncoder,
+    QtmEncoder,
+    TrackerServer,
+)
 from ocmm_sim.trackers._ndi import NdiEncoder
-from ocmm_sim.trackers._streams import IgtlEncoder, NatNetEncoder, QtmEncoder
 from ocmm_trackers import (
     PROTOCOLS,
     TrackerConfig,
@@ -98,8 +103,7 @@ class MarkerErrors:
         if noise.growth == "distance":
             away = np.linalg.norm(places - self._head, axis=1)
             sight, grown = (places - self._head) / away[:, None], away / noise.distance
-        along = np.sum(errors * sight, axis=1)
-        more = along * (ratio * grown - 1.0)
+        more = np.sum(errors * sight, axis=1) * (ratio * grown - 1.0)
         found: Float = grown[:, None] * (errors + sight * more[:, None])
         return found
 

@@ -15,9 +15,9 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_cli import app
-from ocmm_core.camera import encoder_for
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
+from ocmm_core.fieldbus.objects import encoder_for
 from tests.commands import Ocmm
 from tests.core.acquisition.test_capture import bringup, steady, write_pcap
 from tests.host import HANG_S, private_network

@@ -58,8 +58,7 @@ def _inside(face: Any, points: Float) -> NDArray[np.bool_]:
         if surface.Gap() > _OFF_MM:
             continue
         u, v = _from(at.X(), u0, u_period), _from(at.Y(), v0, v_period)
-        asked = BRepClass_FaceClassifier(face, gp_Pnt2d(u, v), _ON_EDGE)
-        found[row] = asked.State() == TopAbs_IN
+        found[row] = BRepClass_FaceClassifier(face, gp_Pnt2d(u, v), _ON_EDGE).State() == TopAbs_IN
     return found
 
 

@@ -32,10 +32,9 @@ def _explorer_of(kind: str, but_in: str) -> tuple[Any, Any, Any, Any]:
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
-    cast = static(TopoDS, kind.capitalize())
     return (
         TopExp_Explorer,
-        cast,
+        static(TopoDS, kind.capitalize()),
         getattr(TopAbs, f"TopAbs_{kind}"),
         getattr(TopAbs, f"TopAbs_{but_in}"),
     )

@@ -46,8 +46,7 @@ class MeshAside:
 
     def mesh(self) -> SolidMesh:
         """Return the mesh for targets."""
-        sent = [self._aside.next(self._limit_s) for _ in range(3)]
-        triangles, owners, deflection = sent
+        triangles, owners, deflection = [self._aside.next(self._limit_s) for _ in range(3)]
         if triangles is None or owners is None or deflection is None:
             return self._made()
         return SolidMesh(

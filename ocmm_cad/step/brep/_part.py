@@ -275,8 +275,7 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
         return None
     points = part_model.places_at(made, np.clip(as_spline, made.low, made.high))
     truth = np.array([vector(surface.Value(float(u), float(v))) for u, v in tried])
-    off = float(np.linalg.norm(points - truth, axis=1).max())
-    return mapped if off <= _EXACT_MM else None
+    return mapped if float(np.linalg.norm(points - truth, axis=1).max()) <= _EXACT_MM else None
 
 
 def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
@@ -323,6 +322,5 @@ def _chained(pieces: Sequence[Float]) -> Float:
     for _ in pieces:
         left[at] = False
         chain.append(pieces[at][:-1])
-        away = np.abs(starts - pieces[at][-1]).max(axis=1)
-        at = int(np.argmin(np.where(left, away, np.inf)))
+        at = int(np.argmin(np.where(left, np.abs(starts - pieces[at][-1]).max(axis=1), np.inf)))
     return np.concatenate(chain)

@@ -225,8 +225,7 @@ class _Curves:
         off = np.linalg.norm(lines[at] - self.middles, axis=1)
         for row in np.flatnonzero(off > _GAP_MM).tolist():
             # The parameter of an edge may run differently on the surface without moving the line.
-            line = lines[self.starts[row] : self.starts[row + 1]]
-            away = _away(self.middles[row], line)
+            away = _away(self.middles[row], lines[self.starts[row] : self.starts[row + 1]])
             if away <= _GAP_MM:
                 continue
             msg = f"its edges lie off its surface (by {away:.3g} mm)"
@@ -320,8 +319,7 @@ def go_round(ends: Float) -> bool:
     loose = ends[np.abs(ends[:, 0] - ends[:, 1]).max(axis=1) > _GAP_MM].reshape(-1, 3)
     if not len(loose):
         return True
-    tree = cKDTree(loose)
-    if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
+    if not np.any(cKDTree(loose).query_ball_point(loose, _GAP_MM, return_length=True) % 2):
         return True
     # Edges no longer than a gap, as of a curve exported as a thousand lines: chains of near ends
     # belong to one corner.

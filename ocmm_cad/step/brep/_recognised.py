@@ -178,8 +178,7 @@ def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Flo
 
 
 def _sense(axis: Float) -> float:
-    largest = int(np.argmax(np.abs(np.round(axis, 6))))
-    return 1.0 if axis[largest] > 0.0 else -1.0
+    return 1.0 if axis[int(np.argmax(np.abs(np.round(axis, 6))))] > 0.0 else -1.0
 
 
 RECOGNISED_MM = 0.005
@@ -221,8 +220,7 @@ def recognised_face(
     # The side of the material follows from the spline, not from the recognised surface.
     middle = starts[:-1] + (np.diff(starts) // 2)
     truth = _normals(surface, uv[middle], reverse)
-    same = normals_of(said, lines[middle])
-    if float(np.nan_to_num(truth * same).sum()) < 0.0:
+    if float(np.nan_to_num(truth * normals_of(said, lines[middle])).sum()) < 0.0:
         said = _turned(said)
     deviation = float(np.abs(offsets_of(said, samples)).max())
     if deviation > RECOGNISED_MM:
@@ -230,8 +228,7 @@ def recognised_face(
     onto = places - offsets_of(said, places)[:, None] * normals_of(said, places)
     steps = np.linalg.norm(np.diff(lines, axis=0), axis=1)
     lengths = np.array([steps[first : last - 1].sum() for first, last in pairwise(starts.tolist())])
-    made = msgspec.structs.replace(said, deviation_mm=deviation)
-    return made, onto, lines, truth, lengths
+    return msgspec.structs.replace(said, deviation_mm=deviation), onto, lines, truth, lengths
 
 
 def _found_by_library(face: Any) -> tuple[str, Any] | None:

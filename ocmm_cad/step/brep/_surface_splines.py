@@ -49,9 +49,7 @@ def surface_of(surface: Any, bounds: tuple[float, float, float, float]) -> Mappe
 
     `surface`: placed `BRepAdaptor_Surface` of a face. `bounds`: first and last u, v.
     """
-    kind = kind_of(surface)
-    make = _MAKERS.get(kind, _by_library)
-    return make(surface, *bounds)
+    return _MAKERS.get(kind_of(surface), _by_library)(surface, *bounds)
 
 
 def _plane(surface: Any, u0: float, u1: float, v0: float, v1: float) -> MappedSurface:
@@ -60,8 +58,7 @@ def _plane(surface: Any, u0: float, u1: float, v0: float, v1: float) -> MappedSu
         vector(one) for one in (frame.Location(), frame.XDirection(), frame.YDirection())
     )
     u, v = _line(u0, u1), _line(v0, v1)
-    poles = origin + u.poles[:, None] * x + v.poles[None] * y
-    return _tensor(poles, u, v)
+    return _tensor(origin + u.poles[:, None] * x + v.poles[None] * y, u, v)
 
 
 def _turned(frame: Any, u: _Row, v: _Row) -> MappedSurface:
@@ -74,8 +71,7 @@ def _turned(frame: Any, u: _Row, v: _Row) -> MappedSurface:
     )  # fmt: skip
     ring = u.poles[:, :1] * x + u.poles[:, 1:] * y
     radii, heights = v.poles[:, 0], v.poles[:, 1]
-    poles = origin + radii[None, :, None] * ring[:, None] + heights[:, None] * z
-    return _tensor(poles, u, v)
+    return _tensor(origin + radii[None, :, None] * ring[:, None] + heights[:, None] * z, u, v)
 
 
 def _cylinder(surface: Any, u0: float, u1: float, v0: float, v1: float) -> MappedSurface:

@@ -5,17 +5,16 @@ Out: diameter of the ball with its uncertainty and form, or whether the tip is u
 
 Read `_sphere_layout` (places), `_fit` (the ball from its points, uncertainty contributions),
 `_qualification` and `_check` (requirements). `_touch_session` is the guided procedure;
-`_procedure_tip` and `_procedure_tip_check` are its two variants. The package is independent of
-bundle, relocation and pivot; cameras are given.
+`_procedure_tip` has its two variants. The package is independent of bundle, relocation and pivot;
+cameras are given.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.tip._procedure_tip import (
-        QualificationSetup, TipQualificationProcedure,
+        QualificationSetup, TipCheckProcedure, TipQualificationProcedure,
     )  # fmt: skip
-    from ocmm_core.calibration.tip._procedure_tip_check import TipCheckProcedure
     from ocmm_core.calibration.tip._qualification import TipLimits, conforms, qualification_checks
     from ocmm_core.calibration.tip._sphere_layout import (
         CHECK_RINGS, QUALIFICATION_RINGS, frame_about, sphere_layout,

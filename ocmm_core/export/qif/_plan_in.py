@@ -17,8 +17,7 @@ from lxml import etree
 
 from ocmm_core.documents import untrusted_xml
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export.qif._nodes import Node, Q, References, local_name
-from ocmm_core.export.qif._units import NotTakenError
+from ocmm_core.export.qif._nodes import Node, NotTakenError, Q, References, local_name
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection import plan as plans
 from ocmm_core.tolerances.kinds import KINDS, KindSpec, spec_of

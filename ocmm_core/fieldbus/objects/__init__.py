@@ -14,7 +14,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.objects._camera_client import (
         BlackImageState, ObjectAccess, Progress, blink, clear_black_image, clear_error_history,
-        load_black_image, measure_black_image, read_black_image, read_error_history,
+        encoder_for, load_black_image, measure_black_image, read_black_image, read_error_history,
         read_intrinsics, store_black_image, take_snapshot, write_intrinsics,
     )  # fmt: skip
     from ocmm_core.fieldbus.objects._mailbox_line import (
@@ -38,7 +38,8 @@ __all__ = [
     "CancelRequest", "EepromRequest", "Emergency", "FoeWrite", "MailboxAreas", "ObjectAccess",
     "ObjectReply", "ObjectRequest", "ObjectService", "Progress", "Request", "RequestPort",
     "Thermometer", "blink", "clear_black_image", "clear_error_history", "coe_content",
-    "decode_reply", "decode_request", "encode_line", "find_camera", "load_black_image",
-    "measure_black_image", "read_black_image", "read_error_history", "read_intrinsics",
-    "store_black_image", "take_snapshot", "update_firmware", "write_alias", "write_intrinsics",
+    "decode_reply", "decode_request", "encode_line", "encoder_for", "find_camera",
+    "load_black_image", "measure_black_image", "read_black_image", "read_error_history",
+    "read_intrinsics", "store_black_image", "take_snapshot", "update_firmware", "write_alias",
+    "write_intrinsics",
 ]  # fmt: skip

@@ -18,14 +18,6 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.features.shapes import POINT
 from ocmm_core.geometry import Float, Int, RigidTransform
-from ocmm_core.inspection.causes._cause import (
-    Cause,
-    CauseFinding,
-    Explanation,
-    amount_words,
-    beyond_limit,
-    points_words,
-)
 from ocmm_core.inspection.causes._common_causes import (
     Common,
     ball_taken_off,
@@ -34,7 +26,16 @@ from ocmm_core.inspection.causes._common_causes import (
     growth_taken_off,
 )
 from ocmm_core.inspection.causes._deviations import Suspects
-from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
+from ocmm_core.inspection.causes._inquiry import (
+    MOST_POINTS,
+    Cause,
+    CauseFinding,
+    Explanation,
+    Inquiry,
+    amount_words,
+    beyond_limit,
+    points_words,
+)
 from ocmm_core.inspection.causes._remaining_causes import few_points, scatter, the_part, uncertainty
 from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, SessionOptions, evaluated_job
 from ocmm_core.inspection.plan import Plan

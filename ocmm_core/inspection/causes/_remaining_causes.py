@@ -6,9 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ocmm_core.inspection.causes._cause import Cause, CauseFinding, beyond_limit
 from ocmm_core.inspection.causes._common_causes import scatter_ratio
-from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
+from ocmm_core.inspection.causes._inquiry import (
+    MOST_POINTS,
+    Cause,
+    CauseFinding,
+    Inquiry,
+    beyond_limit,
+)
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty import gradients_of

@@ -3,9 +3,9 @@
 In: points, annulments, verdicts and poses of the station. Out: numbered lines over TCP, so that
 late clients get all of them in order.
 
-Read `_messages` (one JSON object a line; also the button), `_reception` (address, access,
-connections) with `_client` (and numbered messages), `_server` (also points as plain lines) and
-`_source` (and verdicts).
+Read `_messages` (one JSON object a line; also the button, the station as a source, and verdicts),
+`_reception` (address, access, connections) with `_client` (and numbered messages), and `_server`
+(also points as plain lines).
 docs/integrator/live_stream.md is for readers of the stream. Clients can only read. It must not know
 the station.
 """
@@ -13,12 +13,13 @@ the station.
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
-    from ocmm_core.station.stream._messages import ButtonChange, ButtonWatch, verdict_line
+    from ocmm_core.station.stream._messages import (
+        ButtonChange, ButtonWatch, StepReader, StreamSource, verdict_line,
+    )  # fmt: skip
     from ocmm_core.station.stream._reception import (
         StreamOptions, check_stream, listen, may_connect, tls_context,
     )  # fmt: skip
     from ocmm_core.station.stream._server import PlainLines, StreamServer
-    from ocmm_core.station.stream._source import StepReader, StreamSource
 else:
     __getattr__ = lazy_exports(__name__)
 

@@ -7,7 +7,7 @@ handles connections.
 Points and the button are never dropped: each message is kept (`_client`), and a returning client
 resumes after its last number. Poses are for display: a slow client misses some, and of several
 state changes gets the latest. The same applies to verdicts, which a separate thread computes
-(`_source`).
+(`_messages`).
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.station.stream import _messages as messages
 from ocmm_core.station.stream._client import StreamClient, StreamLog
+from ocmm_core.station.stream._messages import StepReader, StreamSource, VerdictWatch
 from ocmm_core.station.stream._reception import (
     MOST_CLIENTS,
     Reception,
@@ -36,7 +37,6 @@ from ocmm_core.station.stream._reception import (
     tls_context,
 )
 from ocmm_core.station.stream._reception import StreamOptions as StreamOptions
-from ocmm_core.station.stream._source import StepReader, StreamSource, VerdictWatch
 from ocmm_core.storage import JobStep
 
 _log = logging.getLogger(__name__)

@@ -210,8 +210,7 @@ class DefinitionPage(kit.Themed, QWidget):
         button.setMinimumHeight(60)
         button.setProperty("role", "tool")
         button.clicked.connect(call)
-        shortcut = QShortcut(QKeySequence(keys), self)
-        shortcut.setAutoRepeat(False)
+        shortcut = QShortcut(QKeySequence(keys), self, autoRepeat=False)
         shortcut.activated.connect(button.click)
         return button
 

@@ -99,8 +99,7 @@ class CollectPage(StepPage):
         left = step.wanted - step.done
         note = tr("%n more", "", left) if left > 0 else tr("complete")
         self.score.show_score(f"{step.done} / {step.wanted}", note, share)
-        live = seen.view.base.live
-        self.live.show_live(live, automatic=seen.automatic, complete=seen.complete)
+        self.live.show_live(seen.view.base.live, automatic=seen.automatic, complete=seen.complete)
 
 
 class PointTargets(Protocol):
@@ -332,8 +331,7 @@ class ProbePreparePage(StepPage):
         hbox((self.picture, 1), side, parent=self, spacing=8, margins=0)
 
     def show_seen(self, seen: StepSnapshot) -> None:
-        base = seen.view.base
-        self.facts.show_facts((*self._about, *session_facts(base)))
+        self.facts.show_facts((*self._about, *session_facts(seen.view.base)))
 
 
 class HandsPage(StepPage):

@@ -49,8 +49,7 @@ class ScenePicture(kit.PaintedWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         theme = self._theme
-        frame = self._paint_panel(painter)
-        inside = frame.adjusted(10, 10, -10, -10)
+        inside = self._paint_panel(painter).adjusted(10, 10, -10, -10)
         arrow = self._camera_arrow()
         beyond = arrow[1] + 0.5 * (arrow[1] - arrow[0])
         reach = np.concatenate([self._reach, beyond[None]])

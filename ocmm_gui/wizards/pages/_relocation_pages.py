@@ -196,8 +196,7 @@ class SeatPicture(kit.PaintedWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = self._painter()
         theme = self._theme
-        frame = self._paint_panel(painter)
-        inside = frame.adjusted(24.0, 16.0, -24.0, -16.0)
+        inside = self._paint_panel(painter).adjusted(24.0, 16.0, -24.0, -16.0)
         if not self._names:
             kit.ink(painter, QColor(theme.text), font=kit.text_font(22))
             text = tr("The world fixed to the cameras.")

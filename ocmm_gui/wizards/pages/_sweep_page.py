@@ -265,6 +265,5 @@ def _elsewhere(view: sweeping.PivotView) -> Row:
             f"{np.degrees(attitude):.0f}° / {np.degrees(view.attitude_wanted):.0f}°",
         ),
     ]
-    known = [way for way in ways if np.isfinite(way[0])]
-    share, value = max(known, default=(0.0, "–"))
+    share, value = max((way for way in ways if np.isfinite(way[0])), default=(0.0, "–"))
     return Row(tr("Away from the first"), value, share)

@@ -209,8 +209,7 @@ def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
     for name, content in files_of(folders, lambda why: faults.append(("", why))):
         looked += 1
         try:
-            found = records.extract_job(content, name, "")
-            job = found.record.job
+            job = records.extract_job(content, name, "").record.job
             known = {
                 int(str(steps)): str(head)
                 for steps, head in archive.query(

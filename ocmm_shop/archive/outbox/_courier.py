@@ -249,8 +249,7 @@ class Courier:
     def _hand_over(self, archive: Archive, item: Item) -> bool:
         """Deliver one job; return whether the archive has it; raises what stops the round."""
         try:
-            made = self._made(archive, item)
-            receipt = archive.put(made)
+            receipt = archive.put(self._made(archive, item))
         except OcmmError as error:
             if remedy_of(error) is Remedy.RETRY:
                 raise

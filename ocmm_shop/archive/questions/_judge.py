@@ -214,8 +214,7 @@ class Judge:
     def _head(self) -> Callable[[int, str, str, str], SealState]:
         @functools.lru_cache(100_000)
         def state(steps: int, head: str, key: str, signature: str) -> SealState:
-            signed = Signature(key, signature) if key else None
-            return judge_head(self._keys, steps, head, signed)
+            return judge_head(self._keys, steps, head, Signature(key, signature) if key else None)
 
         return state
 
@@ -224,8 +223,7 @@ class Judge:
         if job not in self._taken:
             lines = list(_entries(self._archive.query(_LINES, {"job": job})))
             good = [one for one in lines if not one["fault"] and self.word(one) is SealWord.SEALED]
-            ranked = sorted(good or lines, key=self._rank)
-            taken = ranked[0]
+            taken = min(good or lines, key=self._rank)
             for one in sorted(good, key=lambda line: int(str(line["steps"]))):
                 if self._continues(one, taken):
                     taken = one

@@ -211,8 +211,7 @@ class PostgresArchive(Archive):
             raise faults.older(self.place, version, VERSION)
 
     def _version(self) -> int:
-        there = self._one("SELECT to_regclass('ocmm.migration') IS NOT NULL", {}, int)[0]
-        if not there:
+        if not self._one("SELECT to_regclass('ocmm.migration') IS NOT NULL", {}, int)[0]:
             return 0
         (version,) = self._one("SELECT coalesce(max(version), 0) FROM migration", {}, int)
         return whole_of(version)

@@ -120,7 +120,6 @@ VIEW_NAMES = tuple(statement.split()[2] for statement in JUDGED_VIEWS)
 APPLICATION_ID = 0x4F434D41  # "OCMA"
 SIGNATURES_SINCE = 3
 """First version with the signature of a job's head."""
-NEWER_CODE = "archive.newer"
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.cause_scenes import SPOILED, Scene, asked, explained, is_right, make_job
 from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation, explanations_of
-from ocmm_core.inspection.causes._cause import amount_words, beyond_limit
+from ocmm_core.inspection.causes._inquiry import amount_words, beyond_limit
 from ocmm_core.tolerances.decisions import Verdict, not_measured
 from ocmm_core.tolerances.zones import Characteristic
 

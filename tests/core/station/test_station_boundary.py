@@ -57,7 +57,7 @@ STEPS = (
     "ocmm_core.station._open_job.InspectionSession",
     "ocmm_core.station._open_job.ChangeWatch",
     "ocmm_core.station._open_job.ProbeWatch",
-    "ocmm_core.station._probe_watch.ProbeWatch.start",
+    "ocmm_core.station._calibration_watch.ProbeWatch.start",
     "ocmm_core.inspection.session._header.Conditions.note_calibration",
     "ocmm_core.inspection.session._header.Conditions.note_limits",
     "ocmm_core.station._job_change.drop_if_empty",

@@ -25,7 +25,7 @@ from ocmm_core.inspection.evaluation import SessionOptions, StatusWord
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.station._probe_watch import ProbeWatch
+from ocmm_core.station._calibration_watch import ProbeWatch
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_sim.scene import WorldOptions

@@ -32,7 +32,7 @@ from ocmm_core.station.stream._client import (
     StreamClient,
     StreamLog,
 )
-from ocmm_core.station.stream._source import VerdictWatch
+from ocmm_core.station.stream._messages import VerdictWatch
 from tests.host import HANG_S
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test
