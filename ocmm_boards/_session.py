@@ -33,6 +33,10 @@ class BoardSession:
     found: BoardCalibration
     outcome: guided.CalibrationOutcome
 
+    def accept(self, store: CalibrationStore, who: str, now: datetime, reason: str = "") -> None:
+        """Put the calibration in force; errors as `CalibrationStore.accept`."""
+        store.accept(self.outcome.record, who, reason or "calibrated with a board", now, self.kept)
+
 
 def run_session(
     rig: Rig, store: CalibrationStore, board: Board, views: BoardViews, now: datetime, *,

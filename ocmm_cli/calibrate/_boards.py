@@ -83,8 +83,7 @@ def calibrate_boards(
         console.show("Accept it? [y/n] ", end="", highlight=True)
         accepted = is_yes(console.input())
     if accepted:
-        reason = overrule or "calibrated with a board"
-        site.store.accept(outcome.record, who, reason, now, session.kept)
+        session.accept(site.store, who, now, overrule)
     elif accepted is None:
         console.show("Not accepted: give --accept to put this calibration in force.")
     print_status(console, site.document, site.calibrations, now)

@@ -19,7 +19,6 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from ocmm_core.calibration.records import CalibrationStore, default_folder, store_folder
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.errors import InputError
 from ocmm_core.geometry import Int
 from ocmm_core.options import DEFAULT_OPERATOR
 from ocmm_core.settings import Settings
@@ -344,22 +343,15 @@ class CameraSheet(WorkSheet):
                 tr("In force, and SUSPECT until it is verified: Calibrate (M), Verification.")
             )
 
-        calls.do(
-            lambda: store.accept(
-                session.outcome.record, who, "calibrated with a board", datetime.now(UTC),
-                session.kept,
-            ),
-            accepted, self._on_failed,
-        )  # fmt: skip
+        calls.do(lambda: session.accept(store, who, datetime.now(UTC)), accepted, self._on_failed)
 
     def _words(self, *keys: str) -> list[Path] | None:
         """Return the paths of fields; None, with a sentence, if one is empty."""
         for key, label, _ in _FIELDS:
             if key in keys and not self.fields[key].text().strip():
                 self.fields[key].setFocus()
-                what = f"Field '{tr(label)}' is empty."
-                remedy = "Enter the path, then press the key again."
-                self.failed.emit(InputError("cameras.field", what, remedy))
+                told = tr("Field '{field}' is empty: enter a path.").format(field=tr(label))
+                self.show_message(told, warns=True)
                 return None
         return [Path(self.fields[key].text().strip()).expanduser() for key in keys]
 

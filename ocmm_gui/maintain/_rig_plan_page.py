@@ -29,6 +29,7 @@ from ocmm_planner import (
 )
 
 _ASK = later("Press Predict. A search takes minutes; measuring continues meanwhile.")
+_STEP = later("Predicting the rig")
 _OTHER = later("The cameras of this machine are not those of the plan, and are not compared.")
 _FIELDS = (
     ("plan", later("Rig plan"), later("Rig plan; empty: the rig of the thesis"), ""),
@@ -78,7 +79,7 @@ def predict_request(request: RigPlanRequest, tell: Teller) -> RigPlanAnswer:
     sheet = evaluate_plan(
         plan, seed=_SEED, evaluations=request.search,
         calibrated=request.rig if described else None,
-        step=lambda share: tell("Predicting the rig", share),
+        step=lambda share: tell(_STEP, share),
     )  # fmt: skip
     if request.out is None:
         return RigPlanAnswer(sheet, described, ())

@@ -1809,6 +1809,10 @@ Startet: {source}</translation>
         <translation>In Kraft und FRAGLICH bis zur Verifikation: Kalibrieren (M), Verifikation.</translation>
     </message>
     <message>
+        <source>Field &apos;{field}&apos; is empty: enter a path.</source>
+        <translation>Feld „{field}“ ist leer: einen Pfad eingeben.</translation>
+    </message>
+    <message>
         <source>{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness {focus} % of the best; incomplete images: {incomplete} of {images}</source>
         <translation>{serial}: Belichtung {exposure} µs, Verstärkung {gain}; Lichtpunkte: {spots}, {width} px breit; Schärfe {focus} % der besten; unvollständige Bilder: {incomplete} von {images}</translation>
     </message>
@@ -3133,6 +3137,10 @@ Startet: {source}</translation>
     <message>
         <source>Press Predict. A search takes minutes; measuring continues meanwhile.</source>
         <translation>Vorhersagen drücken. Eine Suche dauert Minuten; das Messen geht weiter.</translation>
+    </message>
+    <message>
+        <source>Predicting the rig</source>
+        <translation>Kamerasystem wird vorhergesagt</translation>
     </message>
     <message>
         <source>The cameras of this machine are not those of the plan, and are not compared.</source>

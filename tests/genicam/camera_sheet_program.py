@@ -162,8 +162,8 @@ def main() -> None:
         cameras.pictures = last
         until(sheet.keys["view"].isEnabled)
         press(Qt.Key.Key_F6)
-        until(lambda: bool(told))
-        found["asked"] = told[-1]
+        until(lambda: "'Board'" in sheet.about() or "Tafel" in sheet.about())
+        found["asked"] = sheet.about()
         sheet.fields["board"].setText(str(board))
         sheet.fields["views"].setText(str(folder / "views"))
         sheet.fields["who"].setText("Ann")

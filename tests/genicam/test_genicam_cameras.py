@@ -214,7 +214,7 @@ def test_cameras_are_set_up_and_views_taken_in_the_window(tmp_path: Path) -> Non
     found = json.loads(done.stdout)
     assert all("too dark" in one for one in found["first"])
     assert all("good" in one for one in found["exposed"])
-    assert found["asked"] == "Field 'Board' is empty."
+    assert found["asked"] == "Field 'Board' is empty: enter a path."
     # The nine views in the folder count.
     assert found["view"].startswith("View 10: 40, 40 corners. Camera 'left': ")
     assert "focal length of camera 'left' is known only to" in found["refused"]
