@@ -8,7 +8,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 
@@ -102,6 +101,8 @@ def take_pictures(
     the corners that were found in each picture are told. Hold the board still at the end of each
     countdown. Ctrl-C ends; all pictures so far are kept.
     """
+    import numpy as np
+
     from ocmm_boards import corner_finder, genicam_source, load_board, next_view, write_view
     from ocmm_cli.terminal import DeferredInterrupt, make_console, progress_line, tr
     from ocmm_core.camera import load_rig
