@@ -10,7 +10,6 @@ from rich.text import Text
 
 from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, tr, tr_word
 from ocmm_core.errors import InputError
-from ocmm_core.export import write_together
 
 if TYPE_CHECKING:
     from ocmm_core.measuring import ProbeReport
@@ -135,5 +134,7 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
         files["probe_bending.svg"] = bending(
             report.mechanics, f"Bending of the probe '{report.probe}'"
         )
+    from ocmm_core.export import write_together
+
     write_together({out / name: text.encode("utf-8") for name, text in files.items()})
     return [out / name for name in files]

@@ -13,7 +13,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ocmm_cli.options import ComputingSite
 from ocmm_cli.terminal import heads, make_console, print_grid, progress_line, tr, tr_word
 from ocmm_core.errors import InputError
-from ocmm_core.export import write_together
 
 if TYPE_CHECKING:
     from ocmm_sim.scene import ProbeStudy, StudyResult
@@ -196,5 +195,7 @@ def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list
         for number, row in enumerate(rows)
     ]
     files["errors.csv"] = "\n".join(lines) + "\n"
+    from ocmm_core.export import write_together
+
     write_together({out / name: text.encode("utf-8") for name, text in files.items()})
     return [out / name for name in files]
