@@ -29,47 +29,47 @@ for program in debootstrap qemu-aarch64-static; do
 done
 [ -x "$here/.venv/bin/ocmm" ] || fail "This clone is not set up: ./run setup"
 : "${work:=$(mktemp -d)}"
-root=$work/arm64
+tree=$work/arm64
 formats=/proc/sys/fs/binfmt_misc
 
 [ -e $formats/register ] || mount -t binfmt_misc none $formats
 # shellcheck disable=SC2028 # the kernel reads the escapes itself
 [ -e $formats/qemu-aarch64 ] || printf '%s' ':qemu-aarch64:M::\x7fELF\x02\x01\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00\x02\x00\xb7\x00:\xff\xff\xff\xff\xff\xff\xff\x00\xff\xff\xff\xff\xff\xff\xff\xff\xfe\xff\xff\xff:/usr/bin/qemu-aarch64-static:F' >$formats/register
 
-if [ ! -e "$root/root/.made" ]; then
+if [ ! -e "$tree/srv/.made" ]; then
     say "making the root"
     debootstrap --arch=arm64 --variant=minbase --include=python3,python3-venv,ca-certificates,git,gcc,libc6-dev,python3-dev \
-        bookworm "$root" >"$work/debootstrap.log"
-    touch "$root/root/.made"
+        bookworm "$tree" >"$work/debootstrap.log"
+    touch "$tree/srv/.made"
 fi
-cp /etc/resolv.conf "$root/etc/resolv.conf"
-cp -r /etc/ssl/certs "$root/etc/ssl/"
-mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
-mountpoint -q "$root/dev/shm" || { mkdir -p "$root/dev/shm"; mount -t tmpfs tmpfs "$root/dev/shm"; }
-trap 'umount "$root/proc" "$root/dev/shm"' EXIT
+cp /etc/resolv.conf "$tree/etc/resolv.conf"
+cp -r /etc/ssl/certs "$tree/etc/ssl/"
+mountpoint -q "$tree/proc" || mount -t proc proc "$tree/proc"
+mountpoint -q "$tree/dev/shm" || { mkdir -p "$tree/dev/shm"; mount -t tmpfs tmpfs "$tree/dev/shm"; }
+trap 'umount "$tree/proc" "$tree/dev/shm"' EXIT
 
 say "installing what the core needs, by the lock file"
-rm -rf "$root/root/ocmm"
-git clone -q "$here" "$root/root/ocmm"
+rm -rf "$tree/srv/ocmm"
+git clone -q "$here" "$tree/srv/ocmm"
 # Each requirement is a paragraph that begins in the first column.
 awk '/^[a-z0-9]/ { kept = !/^(pyside6|shiboken6|pyqtgraph|pysoem|python-pkcs11)/ } kept' \
-    "$here/requirements.lock" >"$root/root/core.lock"
-inside() { chroot "$root" /usr/bin/env HOME=/root OPENBLAS_NUM_THREADS=1 sh -c "$1"; }
-inside 'cd /root/ocmm && python3 -m venv .venv &&
-    .venv/bin/pip install -q --no-deps --require-hashes -r /root/core.lock &&
+    "$here/requirements.lock" >"$tree/srv/core.lock"
+inside() { chroot "$tree" /usr/bin/env HOME=/srv OPENBLAS_NUM_THREADS=1 sh -c "$1"; }
+inside 'cd /srv/ocmm && python3 -m venv .venv &&
+    .venv/bin/pip install -q --no-deps --require-hashes -r /srv/core.lock &&
     .venv/bin/pip install -q --no-deps --no-build-isolation .'
 
 say "measuring"
-rm -rf "$root/root/ocmm-out" "$work/here"
+rm -rf "$tree/srv/ocmm-out" "$work/here"
 mkdir -p "$work/here"
 # 1: the part does not conform, which is a result as well.
 (cd "$work/here" && OPENBLAS_NUM_THREADS=1 "$here/.venv/bin/ocmm" demo --headless --seed 7 >/dev/null) || [ $? -eq 1 ]
-inside 'cd /root && ocmm/.venv/bin/ocmm demo --headless --seed 7' || [ $? -eq 1 ]
+inside 'cd /srv && ocmm/.venv/bin/ocmm demo --headless --seed 7' || [ $? -eq 1 ]
 different=0
 for part in points features report; do
     one=DEMO-001_SIMULATED_$part.csv
-    if cmp -s "$work/here/ocmm-out/$one" "$root/root/ocmm-out/$one"; then
-        printf 'EQUAL      %s, %s lines\n' "$one" "$(wc -l <"$root/root/ocmm-out/$one")"
+    if cmp -s "$work/here/ocmm-out/$one" "$tree/srv/ocmm-out/$one"; then
+        printf 'EQUAL      %s, %s lines\n' "$one" "$(wc -l <"$tree/srv/ocmm-out/$one")"
     else
         printf 'DIFFERENT  %s\n' "$one"
         different=1

@@ -6,7 +6,7 @@ all directions (Zhang 2000); the cameras among each other need views that two of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,11 +50,16 @@ class ViewReport:
 
 
 class ViewCoach:
-    """Collects the corners of views, and names the view to take next."""
+    """Collects the corners of views, and names the view to take next.
 
-    def __init__(self, cameras: Sequence[CameraModel], board: Board) -> None:
+    ``views``: corners (C, N, 2) of each earlier view, px, NaN if unseen.
+    """
+
+    def __init__(
+        self, cameras: Sequence[CameraModel], board: Board, views: Iterable[Pixels] = ()
+    ) -> None:
         self._cameras, self._board = tuple(cameras), board
-        self._views: list[Pixels] = []
+        self._views = list(views)
 
     def add(self, corners: Sequence[Pixels]) -> ViewReport:
         """Add the corners (N, 2) of each camera, px, NaN if unseen; return the new report."""

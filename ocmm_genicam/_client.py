@@ -149,6 +149,12 @@ def unpack(
     return data.view("<u2").reshape(height, width)
 
 
+def scaled(counts: NDArray[np.uint16], full_scale: int) -> NDArray[np.uint16]:
+    """Return counts with a full scale of 65535."""
+    found = np.minimum(counts.astype(np.uint32) * 65535 // full_scale, 65535)
+    return found.astype(np.uint16)
+
+
 @compiled()
 def unpack_bits(data: NDArray[np.uint8], bits: int, split: bool, out: NDArray[np.uint16]) -> None:
     """Write the counts of an even number of packed pixels (n,); n a multiple of 4 for 10p."""

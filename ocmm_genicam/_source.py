@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
-from ocmm_genicam._client import Camera, Cameras
+from ocmm_genicam._client import Camera, Cameras, scaled
 from ocmm_genicam._grabber import BufferAccount, Grabber, Spots
 from ocmm_genicam._set_up import Expected, exposure_us, set_up
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
@@ -115,7 +115,7 @@ class GenicamSource:
                 ]
                 if all(near) and max(near) - min(near) <= MOST_SKEW_NS:
                     return [
-                        _scaled(images[each], one.full_scale)
+                        scaled(images[each], one.full_scale)
                         for images, each, one in zip(kept, near, self._grabbers, strict=True)
                     ]
             if all(len(images) >= _KEPT_IMAGES for images in kept):
@@ -207,13 +207,6 @@ class GenicamSource:
 
 def _time_of(spots: Spots) -> int:
     return spots.time_ns
-
-
-def _scaled(counts: NDArray[np.uint16], full_scale: int) -> NDArray[np.uint16]:
-    scaled: NDArray[np.uint16] = np.minimum(
-        counts.astype(np.uint32) * 65535 // full_scale, 65535
-    ).astype(np.uint16)
-    return scaled
 
 
 def _require_alike(cameras: Sequence[Camera]) -> None:

@@ -25,7 +25,7 @@ from ocmm_core.failure import contained
 from ocmm_core.geometry import Float
 from ocmm_core.processes import end_process, end_with_parent, process_context
 from ocmm_genicam._aravis import AravisCameras
-from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, unpack
+from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, scaled, unpack
 from ocmm_genicam._set_up import Expected, set_exposure, set_gain, set_up, settings_of, store
 
 WANTED = 0.7
@@ -205,8 +205,7 @@ class Viewfinder:
                     "Check its cable and trigger; if images are incomplete, set jumbo frames "
                     "(MTU 9000) on network card and switch.",
                 )
-            scaled = counts.astype(np.uint32) * 65535 // view.pixels.full_scale
-            found.append(np.minimum(scaled, 65535).astype(np.uint16))
+            found.append(scaled(counts, view.pixels.full_scale))
         return found
 
     def expose(self, exposure_us: float) -> None:

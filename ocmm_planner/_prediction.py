@@ -247,9 +247,8 @@ def calibrated_scene(plan: RigPlan, rig: Rig) -> Scene:
             "document.",
             "Choose the plan of this rig.",
         )
-    placed = [camera.T_camera_from_world.inverse() for camera in rig.cameras]
-    centres = np.stack([one.translation for one in placed])
-    ahead = np.stack([one.rotation[:, 2] for one in placed])
+    centres = np.stack([camera.centre_world for camera in rig.cameras])
+    ahead = np.stack([camera.T_camera_from_world.rotation[2] for camera in rig.cameras])
     aims = np.linalg.norm(plan.places[:, 3:] - plan.places[:, :3], axis=1)
     scene = scene_of(plan, np.hstack([centres, centres + aims[:, None] * ahead]))
     as_found = replace(

@@ -205,15 +205,13 @@ def _factor(text: str, where: str) -> float:
     return float(text)
 
 
-_ROOT = Path("~root/.config/ocmm").expanduser()
-
-
-def _settings_folders(computer: Computer) -> tuple[Path, Path]:
-    """Return the folders of the settings of the station and of this user."""
+def _settings_folders(computer: Computer) -> tuple[Path, Path, Path]:
+    """Return the folders of the settings of the station, of this user, and of root."""
+    root = Path("~root/.config/ocmm").expanduser()
     found = computer.environment.get("XDG_CONFIG_DIRS") or "/etc/xdg"
     config = computer.environment.get("XDG_CONFIG_HOME") or computer.home / ".config"
-    own = _ROOT if computer.uid == 0 else Path(config, "ocmm")
-    return Path(found.partition(":")[0], "ocmm"), own
+    own = root if computer.uid == 0 else Path(config, "ocmm")
+    return Path(found.partition(":")[0], "ocmm"), own, root
 
 
 def _values(computer: Computer, folder: Path) -> dict[str, Value]:
@@ -222,7 +220,7 @@ def _values(computer: Computer, folder: Path) -> dict[str, Value]:
 
 def images(computer: Computer) -> Answer:
     """Return whether the computer takes the images of the industrial cameras of its settings."""
-    station, own = _settings_folders(computer)
+    station, own, _ = _settings_folders(computer)
     source = {**_values(computer, station), **_values(computer, own)}.get("instrument.source", "")
     if not str(source).startswith("genicam:"):
         return green("The settings name no industrial cameras.")
@@ -231,8 +229,7 @@ def images(computer: Computer) -> Answer:
 
 def settings(computer: Computer) -> Answer:
     """Return whether root, as whom commands with sudo run, has the settings of the station."""
-    root = _ROOT
-    station, own = _settings_folders(computer)
+    station, own, root = _settings_folders(computer)
     if not computer.has(root / SETTINGS_NAME):
         return green("Root has no settings of its own.")
     # NotAskedError if this user cannot read it.

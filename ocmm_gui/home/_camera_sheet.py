@@ -278,16 +278,16 @@ class CameraSheet(WorkSheet):
 
         def take(finder: ViewfinderProcess) -> tuple[int, ViewReport]:
             known = load_board(board)
-            find = corner_finder(known)
             number = next_view(folder)
             taken = finder.pictures()
             write_view(folder, number, rig, taken)
             if self._coach is None or self._coached != (board, folder):
-                self._coach = ViewCoach(rig.cameras, known)
-                self._coached = (board, folder)
+                # This view is among those in the folder.
+                views = views_in(folder, rig, known).uv if number > 1 else ()
+                self._coach, self._coached = ViewCoach(rig.cameras, known, views), (board, folder)
                 if number > 1:
-                    for view in views_in(folder, rig, known).uv[: number - 1]:
-                        self._coach.add(list(view))
+                    return number, self._coach.report()
+            find = corner_finder(known)
             return number, self._coach.add([find(one) for one in taken])
 
         self.show_message(tr("Hold the board still"))
@@ -321,7 +321,7 @@ class CameraSheet(WorkSheet):
     def _show(self, answer: object) -> None:
         from ocmm_boards import BoardSession
 
-        assert isinstance(answer, BoardSession)  # noqa: S101 - of `calibrate_request`
+        assert isinstance(answer, BoardSession)  # noqa: S101 - of `run_folder`
         self.show_session(answer)
 
     def show_session(self, session: BoardSession | None) -> None:
