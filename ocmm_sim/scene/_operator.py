@@ -136,6 +136,11 @@ class Operator:
     def touches(self) -> tuple[ScriptedTouch, ...]:
         return self._timeline.touches
 
+    @property
+    def script(self) -> object:
+        """Return what the motion follows: another object after each change."""
+        return self._timeline
+
     def extend(self, touches: Touches, not_before_s: float) -> None:
         """Append touches at new points after the script's end, or `not_before_s` if later."""
         with self._lock:

@@ -27,6 +27,10 @@ from ocmm_sim.scene._world import WorldOptions, bumped, draw_world, hidden_leds,
 _BLOW_NS = 1_000_000_000
 """Duration of a shock report."""
 
+_AHEAD, _AHEAD_OF_A_CAMERA = 640, 64
+"""Frames computed at once: a call costs as much as some hundred frames, and a software camera must
+answer within its cycle."""
+
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
 """Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera, as sent on the wire."""
 
@@ -98,6 +102,7 @@ class VirtualRig:
             part, self._world.tip_radius, touches, seed, self.frame_period_ns * 1e-9, paths
         )
         self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
+        self._ahead: dict[tuple[int, ...], tuple[object, int, FrameBlock]] = {}
 
     @property
     def n_slots(self) -> int:
@@ -202,9 +207,8 @@ class VirtualRig:
         return turn @ pose.rotation, turn @ pose.translation + shift
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        motion = self.motion(first, count)
-        valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
-        return valid.astype(np.uint16), self.flags(motion, first).astype(np.uint16), uv
+        seen = self._frames([camera], first, count, _AHEAD_OF_A_CAMERA)
+        return seen.valid[:, 0].astype(np.uint16), seen.flags.astype(np.uint16), seen.uv[:, 0]
 
     def flags(self, motion: Motion, first: int) -> NDArray[np.uint32]:
         """Return the probe flags in the frames of a motion from frame `first`."""
@@ -228,14 +232,16 @@ class VirtualRig:
         return np.isfinite(by_led[..., 0]), by_led
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        return self.frames_of(self.motion(first, count), first)
+        return self._frames(range(len(self._packed)), first, count, _AHEAD)
 
-    def frames_of(self, motion: Motion, first: int) -> FrameBlock:
-        """Return all cameras' frames of a probe motion from frame `first`."""
+    def frames_of(
+        self, motion: Motion, first: int, cameras: Sequence[int] | None = None
+    ) -> FrameBlock:
+        """Return the frames of all or some cameras of a probe motion from frame `first`."""
         count = len(motion.tip_world)
         seen = [
             self._see(camera, motion, first, count, self._white(camera, first, count))
-            for camera in range(len(self._packed))
+            for camera in (range(len(self._packed)) if cameras is None else cameras)
         ]
         counter = np.arange(first, first + count, dtype=np.int64)
         return FrameBlock(
@@ -245,6 +251,19 @@ class VirtualRig:
             valid=np.stack([valid for valid, _ in seen], axis=1),
             uv=np.stack([uv for _, uv in seen], axis=1),
         )
+
+    def _frames(self, cameras: Sequence[int], first: int, count: int, many: int) -> FrameBlock:
+        """Return frames of the script, from those computed ahead unless it changed since."""
+        if count >= many:
+            return self.frames_of(self.motion(first, count), first, cameras)
+        script, begin, ahead = self._ahead.get(tuple(cameras), (None, 0, None))
+        at = first - begin
+        if ahead is None or script is not self._operator.script or not 0 <= at <= many - count:
+            # The script before the motion: frames of an older one are never kept for a newer one.
+            script, at = self._operator.script, 0
+            ahead = self.frames_of(self.motion(first, many), first, cameras)
+            self._ahead[tuple(cameras)] = script, first, ahead
+        return ahead.part(slice(at, at + count))
 
     def _white(self, camera: int, first: int, count: int) -> Float:
         """Return the noise of each frame (count, L, 2), px."""
