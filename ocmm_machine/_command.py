@@ -66,13 +66,18 @@ def write(
     Every job corrects once: given again, the same values are written again. On a terminal you are
     asked; elsewhere give --confirm with the code of the preview. Ends with 1 if nothing changes.
     """
+    from ocmm_cli.archive import MeasuredJobs
     from ocmm_cli.calibrate import is_yes
     from ocmm_core.storage import read_summary
+    from ocmm_shop.archiving import archive_place
 
     console, opened = make_console(soft_wrap=True), machine.open()
+    corrected = MeasuredJobs(None if opened.practice else archive_place(), console)
     if opened.is_last(read_summary(job).head.job_uuid):
-        _print_line(console, opened.write_again(dialect, out), out)
+        corrected.start(job)
+        _print_line(console, opened.write_again(dialect, out, job), out)
         console.show("This correction was recorded before: the same values were written.")
+        corrected.hand_over()
         return
     found = opened.preview(job, recut=recut, probes=probes, calibrations=calibrations)
     _show(console, found)
@@ -87,7 +92,10 @@ def write(
             "No person has confirmed this correction.",
             "Look at the preview, then give --confirm with its code.",
         )
-    _print_line(console, opened.write(found, confirm, who, dialect, out, datetime.now(UTC)), out)
+    corrected.start(job)
+    line = opened.write(job, found, confirm, who, dialect, out, datetime.now(UTC))
+    _print_line(console, line, out)
+    corrected.hand_over()
 
 
 @correct_app.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import digest, write_new
 from ocmm_core.errors import InputError, MeasuringError, StorageError
 from ocmm_core.seals import Signed
+from ocmm_core.storage import JobFile
 from ocmm_machine._dialects import correction_file
 from ocmm_machine._document import (
     CorrectionDocument,
@@ -24,6 +26,9 @@ from ocmm_machine._document import (
     values_in_force,
 )
 from ocmm_machine._proposal import Proposal, propose
+
+_CORRECTED = "corrected"
+"""Event of a job that corrected a machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +77,13 @@ class Machine:
         return any(one.what == "corrected" and one.jobs[-1] == job_uuid for one in last)
 
     def write(
-        self, proposal: Proposal, code: str, who: str, dialect: str, path: Path, now: datetime
-    ) -> CorrectionLine:
-        """Record a proposal that a person confirmed by its code, and write its file.
+        self, job: Path, proposal: Proposal, code: str, who: str, dialect: str, path: Path,
+        now: datetime,
+    ) -> CorrectionLine:  # fmt: skip
+        """Record a proposal that a person confirmed by its code, also in its job; write its file.
 
         MeasuringError if it corrects nothing or is not the confirmed one; InputError if the dialect
-        cannot carry it, or the file exists.
+        cannot carry it, or the file exists; StorageError if the job cannot be written.
         """
         if not proposal.changed:
             raise MeasuringError(
@@ -102,7 +108,7 @@ class Machine:
             after={one.offset: one.after for one in proposal.changes},
             expanded={one.offset: one.expanded for one in proposal.changed},
         )  # fmt: skip
-        return self._record(line, dialect, path)
+        return self._record(line, dialect, path, job=job)
 
     def undo(
         self, who: str, reason: str, dialect: str, path: Path, now: datetime
@@ -146,9 +152,9 @@ class Machine:
         self.register.append(line)
         return line
 
-    def write_again(self, dialect: str, path: Path) -> CorrectionLine:
-        """Write the file of the last line again; nothing is recorded."""
-        return self._record(self._last(), dialect, path, again=True)
+    def write_again(self, dialect: str, path: Path, job: Path | None = None) -> CorrectionLine:
+        """Write the file of the last line again; only a job without it gets it recorded."""
+        return self._record(self._last(), dialect, path, again=True, job=job)
 
     def _last(self) -> CorrectionLine:
         """Return the last line; InputError if it is of another document, or of other offsets."""
@@ -162,16 +168,21 @@ class Machine:
         return line
 
     def _record(
-        self, line: CorrectionLine, dialect: str, path: Path, *, again: bool = False
-    ) -> CorrectionLine:
+        self, line: CorrectionLine, dialect: str, path: Path, *, again: bool = False,
+        job: Path | None = None,
+    ) -> CorrectionLine:  # fmt: skip
         """Refuse what can be refused, record the line, then write its file."""
         content = correction_file(self.document, line, dialect, practice=self.practice)
         if path.exists() or not path.parent.is_dir():
             raise InputError(
                 "correction.file", f"{path} exists, or its folder is missing.", "Change --out."
             )
-        if not again:
-            self.register.append(line)
+        # A job that another program holds, or that is write-protected, is refused first.
+        with nullcontext() if job is None or self.practice else JobFile.open(job) as opened:
+            if not again:
+                self.register.append(line)
+            if opened is not None:
+                _state_in(opened, self.document.machine, line)
         try:
             write_new(path, content)
         except OSError as error:
@@ -182,3 +193,11 @@ class Machine:
                 "Give the command again with another --out: it writes the same values.",
             ) from error
         return line
+
+
+def _state_in(job: JobFile, machine: str, line: CorrectionLine) -> None:
+    """Add a correction to the signed events of its job, once."""
+    changes = ", ".join(f"{one} {line.before[one]!r} → {line.after[one]!r}" for one in line.changed)
+    text = f"{machine}, {line.utc[:19]} UTC, by {line.who}: {changes}"
+    if not any((one.kind, one.text) == (_CORRECTED, text) for one in job.events()):
+        job.append_event(_CORRECTED, text)

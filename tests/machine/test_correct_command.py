@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 import sqlite3
@@ -78,7 +79,7 @@ def _preview(correct: Ocmm, job: Path, plan: Path, *more: str) -> dict[str, obje
 
 
 def test_a_job_corrects_once_and_is_undone(
-    measure: Measure, plan: Path, correct: Ocmm, tmp_path: Path
+    measure: Measure, plan: Path, correct: Ocmm, ocmm_here: Ocmm, tmp_path: Path
 ) -> None:
     job = measure("good")
     shown = correct("preview", job, plan)
@@ -102,6 +103,17 @@ def test_a_job_corrects_once_and_is_undone(
     assert "recorded before" in again.stdout, again.stderr
     assert (tmp_path / "b.nc").read_text(encoding="ascii") == first
     assert correct("history", plan).stdout.count("corrected") == 1
+    # The job says it, too, once and signed; the archive has it with the job.
+    with JobFile.read(job) as file:
+        stated = [one.text for one in file.events() if one.kind == "corrected"]
+        assert not file.seal().doubts
+        content = file.content()
+    (text,) = stated
+    assert "by tester" in text
+    assert "H3 0.012 → " in text
+    table = ocmm_here("archive", "export", "archived_job", tmp_path / "jobs.csv")
+    assert table.returncode == 0, table.stderr
+    assert hashlib.sha256(content).hexdigest() in (tmp_path / "jobs.csv").read_text()
     taken = correct("write", job, plan, *TOOL, "--out", tmp_path / "b.nc", "--confirm", code)
     assert taken.returncode == 2
     # Another job of the same serial number would count the error twice.
@@ -227,3 +239,18 @@ def test_an_altered_register_is_refused(
             assert correct("preview", job, plan).returncode == 2
     register.write_bytes(whole)
     assert correct("preview", job, plan).returncode == 0
+
+
+def test_a_job_that_cannot_be_written_corrects_nothing(
+    measure: Measure, plan: Path, correct: Ocmm, tmp_path: Path
+) -> None:
+    job = measure("held")
+    code = str(_preview(correct, job, plan)["code"])
+    with JobFile.open(job):
+        held = correct("write", job, plan, *TOOL, "--out", tmp_path / "a.nc", "--confirm", code)
+    assert held.returncode != 0
+    assert "another program" in held.stderr
+    assert not (tmp_path / "a.nc").exists()
+    assert "corrected" not in correct("history", plan).stdout
+    done = correct("write", job, plan, *TOOL, "--out", tmp_path / "a.nc", "--confirm", code)
+    assert done.returncode == 0, done.stderr
