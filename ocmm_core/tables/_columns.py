@@ -13,7 +13,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.tables._grid import TextGrid, fault, heading_cells, require_like_names
 from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NUMBER, is_number, plain_signs
-from ocmm_core.units import find_unit, heading_unit
+from ocmm_core.units import find_unit, heading_unit, unit_statement
 
 AXES = ("x", "y", "z")
 NORMAL = ("i", "j", "k")
@@ -29,6 +29,8 @@ _MARK = re.compile(
     r"outlier|include[ds]?|gültig|benutzt|verwendet|aktiv|ausreißer|zustand|result|ergebnis)"
 )
 """Headings of columns that mark rows to be left out."""
+_OTHER = "the points below may belong to another feature"
+_ONE = "Give the points of one feature, or state the columns."
 _ASK = "State the columns, such as name,x,y,z or x,y,z,-."
 
 
@@ -182,8 +184,8 @@ def require_one_set(
 ) -> None:
     """Raise InputError if some rows may not be points, or belong to another feature.
 
-    Signs are names unlike the others, marks such as "rejected", names of axes, and lines such as
-    "-----" between some rows.
+    Signs are names unlike the others, marks such as "rejected", names of axes, and comments, empty
+    lines or lines such as "-----" between some rows.
     """
     path = grid.path
     if "name" in plan.roles:
@@ -196,19 +198,30 @@ def require_one_set(
             )  # fmt: skip
     for place, heading in enumerate(plan.headings):
         marks = {cells[place].casefold(): line for line, cells in reversed(rows)}
-        if _MARK.fullmatch(heading.casefold()) and len(marks) > 1:
+        # Also a remark next to some rows only.
+        is_partial = not plan.roles[place] and "" in marks and not all(map(is_number, marks))
+        if len(marks) > 1 and (is_partial or _MARK.fullmatch(heading.casefold())):
             line = max(marks.values())
             raise fault(
                 path, line, "row", heading, f"has {len(marks)} different marks; some rows may not "
                 "be points",
                 "Skip the rows that are not points, or state the columns.",
             )  # fmt: skip
-    inner = [line for line in grid.rules if rows[0][0] < line < rows[-1][0]]
+    first, last = rows[0][0], rows[-1][0]
+    inner = [line for line in grid.rules if first < line < last]
     if 0 < len(inner) < len(rows) - 1:
         raise fault(
             path, inner[0], "row", "---", "separates rows; those below may be no points",
             "Skip the rows that are not points, or the line.",
         )  # fmt: skip
+    between = [(line, text) for line, text in grid.comments if first < line < last]
+    for line, text in between:
+        # A row may be taken out by a sign in front of it.
+        if unit_statement(text) is None and sum(map(is_number, text[1:].split())) < len(AXES):
+            raise fault(path, line, "row", text, "stands between rows; " + _OTHER, _ONE)
+    gaps = [line for line in grid.gaps if first < line < last]
+    if 0 < len(gaps) < len(rows) - 1:
+        raise InputError("table.row", f"{path}, line {gaps[0]}: it is empty; {_OTHER}.", _ONE)
 
 
 def _joined(cells: Sequence[str]) -> list[str]:

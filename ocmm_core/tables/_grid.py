@@ -59,6 +59,19 @@ def _digits(text: str) -> int:
     return len(re.split("[.,]", text)[0].strip("+-"))
 
 
+def require_whole(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> None:
+    """Raise InputError if the last number may be cut off: it alone has fewer decimals.
+
+    ``rows`` as of `require_no_codes`, of a file whose last line has no end.
+    """
+    last, others = _decimals(rows[-1][1][-1]), {_decimals(row[-1]) for _, row in rows[:-1]}
+    if len(rows) > _LEAST and len(others) == 1 and last < min(others):
+        raise fault(
+            path, rows[-1][0], "number", rows[-1][1][-1], "may be cut off: the file ends behind it",
+            "Copy the file again; if it is complete, end its last line.",
+        )  # fmt: skip
+
+
 def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:
     """Raise InputError if first or last rows lack the number that all other names have.
 
@@ -115,6 +128,8 @@ class TextGrid:
     log: SkippedLog = field(default_factory=SkippedLog)
     rules: list[int] = field(default_factory=list)
     """Lines such as "-----" below the first line."""
+    gaps: list[int] = field(default_factory=list)
+    """Empty lines below the first line, the last one of several."""
     is_declared: bool = False
     """The file names its separator itself."""
 
@@ -157,6 +172,10 @@ def read_grid(
     for number, raw in enumerate(lines, start=1):
         text = raw.strip().lstrip("\ufeff")
         if not text:
+            if grid.body:
+                if grid.gaps[-1:] == [number - 1]:
+                    grid.gaps.pop()
+                grid.gaps.append(number)
             continue
         if any(number in rows for rows in skipped):
             grid.log.add(number, text, SKIPPED_BY_USER)

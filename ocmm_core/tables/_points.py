@@ -25,7 +25,14 @@ from ocmm_core.tables._columns import (
     require_one_set,
     stated_columns,
 )
-from ocmm_core.tables._grid import TextGrid, fault, heading_cells, read_grid, require_no_codes
+from ocmm_core.tables._grid import (
+    TextGrid,
+    fault,
+    heading_cells,
+    read_grid,
+    require_no_codes,
+    require_whole,
+)
 from ocmm_core.tables._headings import is_summary
 from ocmm_core.tables._meshes import Mesh, read_mesh
 from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
@@ -123,7 +130,8 @@ def read_points_file(path: Path | str, options: TableOptions | None = None) -> P
     mesh = read_mesh(file, content)
     if mesh is not None:
         return _of_mesh(file, mesh, options)
-    return _of_text(file, read_grid(file, text_lines(file, content), options), options)
+    grid = read_grid(file, text_lines(file, content), options)
+    return _of_text(file, grid, options, has_end=content.rstrip(b"\0")[-1:] in (b"\n", b"\r"))
 
 
 def _of_mesh(file: Path, mesh: Mesh, options: TableOptions) -> PointsFile:
@@ -146,7 +154,7 @@ def _of_mesh(file: Path, mesh: Mesh, options: TableOptions) -> PointsFile:
     return PointsFile(points, account)
 
 
-def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
+def _of_text(file: Path, grid: TextGrid, options: TableOptions, *, has_end: bool) -> PointsFile:
     plan, body = _heading(grid, options)
     rows, titles = _rows(grid, body, plan, options)
     if not rows:
@@ -167,6 +175,8 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
         between=(lines[0], lines[-1]),
     )  # fmt: skip
     require_no_codes(file, list(zip(lines, bare, strict=True)))
+    if not has_end:
+        require_whole(file, list(zip(lines, bare, strict=True)))
     if not options.columns:
         require_one_set(grid, plan, rows)
     values, grammar = _values(file, plan, rows, bare, options)

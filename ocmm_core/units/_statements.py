@@ -65,7 +65,8 @@ _PARTS = re.compile(r"[,;()\[\]|]+|\s+(?:and|und|or|oder)\s+")
 _CODES = {"g20": "inch", "g70": "inch", "g21": "mm", "g71": "mm"}
 """Words of NC programs that choose the unit."""
 _SCALE = re.compile(
-    r"\b(scale|scaling|scale[ _]?factor|skalierung|maßstab|factor|faktor)\s*[:=]\s*(\S+)",
+    r"\b(scale|scaling|scale[ _]?factor|skalierung|ma(?:ß|ss)stab|échelle|escala|scala|factor|"
+    r"faktor)(?:\s*[:=]\s*|\s+(?=\d+(?:[.,]\d+)?\s*:))(\S+)",
     re.IGNORECASE,
 )
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({<]\s*(?P<unit>[^\])}>]*?)\s*[\])}>]\s*$")

@@ -118,7 +118,7 @@ def test_files_that_are_no_pairs_are_named(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("1.0 2.0\n", "line 1: '1.0 2.0' has 2 number"),
-        ("1 2 3\n\n# note\n1 2 x\n", "line 4: 'x' is not a coordinate"),
+        ("# note\n1 2 3\n\n1 2 x\n", "line 4: 'x' is not a coordinate"),
         ("1;2;3\n1,5;2.5;3,512\n", "'3,512' in line 2 could mean two values"),
         ("1,500 2,500 3,500\n", "line 1: '1,500' could be 1.500 or 1500"),
         ("1,5,2,5,3,5\n", "has 6 numbers, and no heading names the columns"),

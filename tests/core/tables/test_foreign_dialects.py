@@ -98,6 +98,10 @@ READ: dict[str, tuple[str | bytes, float]] = {
     "columns with their own unit": (table("x in inch;y in inch;z in inch"), 25.4),
     "hundredths": (table("X [1/100 mm];Y [1/100 mm];Z [1/100 mm]"), 0.01),
     "bytes of the Mac": (table("X [µm];Y [µm];Z [µm]").encode("mac-roman"), 1e-3),
+    "a row taken out": (table(end="\n# 1,5;2,5;3,5\n").replace(
+        de(POINTS[-1, 0]), f"# 1,5 2,5 3,5\n{de(POINTS[-1, 0])}"), 1),
+    "empty line below each": (table().replace("\n", "\n\n"), 1),
+    "scale of one": (table(top="Scale 1:1\n"), 1),
     "page number": (table(end="\n\nSeite 1 von 1"), 1),
     "count": (table(top="8\n"), 1),
     **{f"row {word}": (table("Name;X;Y;Z", end=f"\n{word};1,5;2,5;3,5"), 1) for word in (
@@ -138,6 +142,12 @@ OTHERS: dict[str, str | bytes] = {
     "a row for each axis": "x 1.5 2.5 3.5\ny 4.5 5.5 6.5\nz 7.5 8.5 9.5\n",
     "rows marked": "x;y;z;valid\n" + "1,5;2,5;3,5;1\n" * 5 + "9,5;9,5;9,5;0\n",
     "two features": "Name;X;Y;Z\n" + "A;1,5;2,5;3,5\n" * 4 + "B;1,5;2,5;3,5\n" * 4,
+    **{f"two sets, {name}": table(end=f"\n{line}\n1,5;2,5;3,5\n4,5;2,5;3,5") for name, line in {
+        "comment": "# circle B", "NC comment": "; CIRC2", "stars": "***", "empty line": "",
+        "empty lines": "\n"}.items()},
+    "scale above": table(top="Scale 2:1\n"), "scale in German": table(top="Maßstab 1:2\n"),
+    "remark": "x;y;z;note\n" + "1,5;2,5;3,5;\n" * 5 + "9,5;9,5;9,5;bad\n",
+    "cut off": table()[:-3], "cut off at the sign": table(number=lambda x: f"{x:.4f}")[:-4],
     "grades and minutes": table("X;Y;Z\nmm;deg;mm"), "tolerances in cells": table(
         number=lambda x: f"{de(x)}±0,002"),
     "fractions": 'x;y;z\n1/2";1 1/4";2"\n1 1/2";1/4";3"\n2 1/2";3/4";1"\n',

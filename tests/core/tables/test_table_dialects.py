@@ -228,8 +228,8 @@ def test_bad_options_are_refused(tmp_path: Path, options: TableOptions) -> None:
 
 def test_every_line_is_in_the_account(tmp_path: Path) -> None:
     file = tmp_path / "points.txt"
-    lines = ["Batch", "# unit: mm", "name x y z dev", "P1 1.5 2 3 0", "", "# again", "P2 4 5 6 1",
-             "Mean 2 3 4 0", "End"]  # fmt: skip
+    lines = ["Batch", "# unit: mm", "name x y z dev", "P1 1.5 2 3 0", "", "# P9 4 5 6 1",
+             "P2 4 5 6 1", "Mean 2 3 4 0", "End"]  # fmt: skip
     file.write_text("\n".join(lines))
     account = read_points_file(file, TableOptions(skip="0-0")).account
     out = {line for one in account.skipped for line in range(one.first, one.last + 1)}
