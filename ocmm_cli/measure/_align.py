@@ -130,7 +130,7 @@ def environment_command(*, job: Path, room: str, humidity: str, pressure: str, w
     """Record ambient readings in a job, and print those it contains.
 
     Readings before the first point apply to the start, those after the last point to the end. The
-    report prints them, and a plan may require them ([environment] of the plan). Of several readings
+    report prints them, and a plan may require them (its table environment). Of several readings
     without a point in between the last one applies; the report lists all. Without a reading, the
     command prints those of the job.
     """

@@ -50,7 +50,7 @@ def import_command(
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
-    side, points, text. Headings may state units ("x [inch]"). The features of a
+    side, points, text. Headings may state units (x in inch). The features of a
     model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
     part stands in the middle of the measuring volume; what is left out is told with the reason.
     --list shows what can be chosen. Free forms come with --profile: each as points and the profile

@@ -16,8 +16,8 @@ HEAVY = ("numpy", "scipy", "numba", "llvmlite", "PySide6", "pyqtgraph", "psygnal
 MOST_MODULES = 620
 """602 are loaded with Python 3.11; 1,580 where every command loaded its rooms."""
 
-_EVERY_HELP = """
-import io, json, sys, contextlib
+_EVERY_HELP = r"""
+import io, json, re, sys, contextlib
 from ocmm_cli import app
 import typer.main
 
@@ -31,10 +31,15 @@ shown = []
 for path in paths(root):
     if path == ("window",):
         continue  # the help of the program of the window
-    out = io.StringIO()
+    out, found = io.StringIO(), root
+    for name in path:
+        found = found.commands[name]
     with contextlib.redirect_stdout(out):
         code = root.main([*path, "--help"], prog_name="ocmm", standalone_mode=False)
     assert not code and "Usage" in out.getvalue(), path
+    # The library takes a word in brackets for a style, and leaves it out.
+    lost = re.search(r"\[/?[a-zA-Z#@][^\[\]]*\]", found.help or "")
+    assert not lost, (path, lost)
     shown.append(" ".join(path))
 print(json.dumps([shown, sorted(sys.modules)]))
 """
