@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -142,6 +143,8 @@ def described(command: Callable[..., Any], path: str) -> Callable[..., Any]:
 
     run.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {one.name: one.annotation for one in parameters}
+    # The terminal breaks the lines; those of the source are of another width.
+    run.__doc__ = re.sub(r"(?<=\S)\n(?=[^\s-]|--)", " ", inspect.cleandoc(command.__doc__ or ""))
     return run
 
 
