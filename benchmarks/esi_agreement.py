@@ -14,10 +14,10 @@ from xml.etree import ElementTree
 
 import msgspec
 
+from benchmarks.fault_rig import HOST, FaultRig
 from benchmarks.second_master import NOT_STARTED, FoundCamera, Mapped
 from ocmm_core.documents import resource, write_atomic
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_sim.bus import HOST, FaultRig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 _PROGRAM = Path(__file__).with_name("second_master.py")

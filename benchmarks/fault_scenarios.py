@@ -23,6 +23,8 @@ import msgspec
 from benchmarks.fault_identity import play_identity
 from benchmarks.fault_list import LEFT, RIGHT, SCENARIOS, SPARE, Scenario, cable, gone
 from benchmarks.fault_restarts import CYCLE_NS, GIVE_UP_S, play_flaps, play_restarts, play_starts
+from benchmarks.fault_rig import FaultRig
+from benchmarks.faulty_line import FrameKind, LineRule, Trick
 from ocmm_core.acquisition.bus_process import BUS_PRIORITY, take_priority
 from ocmm_core.acquisition.frames import (
     AcquisitionState,
@@ -32,7 +34,6 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.documents import write_atomic
 from ocmm_core.fieldbus.report import Alarm, BusPhase
-from ocmm_sim.bus import FaultRig, FrameKind, LineRule, Trick
 from tests.system.frame_watch import FrameWatch, Watched
 
 FLAG_CYCLES = 3

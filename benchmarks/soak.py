@@ -35,6 +35,7 @@ import msgspec
 from PySide6.QtCore import QTimer
 
 from benchmarks import soak_stepped
+from benchmarks.faulty_line import LineDirection, LineRule, ProxyConfig, Trick
 from benchmarks.soak_books import (
     WARM_UP_S,
     Cable,
@@ -60,7 +61,7 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
-from ocmm_sim.bus import READY, LineDirection, LineRule, ProxyConfig, Trick
+from ocmm_sim.bus import READY
 from ocmm_sim.sources import segment_of
 
 SECONDS = 600.0
@@ -121,7 +122,7 @@ def play(folder: Path, seconds: float, rules: tuple[LineRule, ...], *, freeze: b
     )
     segment = segment_of(request, load_plan(DEMO_PLAN), load_rig(RECOMMENDED_RIG))
     segment = msgspec.structs.replace(segment, interface=_CAMERAS)
-    cable_process = start("ocmm_sim.bus._proxy", msgspec.json.encode(proxy) + b"\n")
+    cable_process = start("benchmarks.faulty_line", msgspec.json.encode(proxy) + b"\n")
     cameras_process = start("ocmm_sim.bus._camera_process", segment.to_json())
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
         ask.bind(str(folder / "asker"))

@@ -16,11 +16,11 @@ import msgspec
 import numpy as np
 from PySide6.QtCore import QTimer
 
+from benchmarks.faulty_line import LineLog, LineOrder, LineRule
 from ocmm_core.acquisition.frames import AcquisitionStatus, FrameRing
 from ocmm_core.acquisition.recording import HISTORY_S
 from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram, decode_report
 from ocmm_core.station import MeasuringStation
-from ocmm_sim.bus import LineLog, LineOrder, LineRule
 
 LOST_WITHOUT_PRIORITY = 0.001
 LOST_WITH_DROPS = 0.001

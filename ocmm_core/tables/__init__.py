@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from ocmm_core.tables._account import (
         COUNT_OF_POINTS, SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions,
     )  # fmt: skip
+    from ocmm_core.tables._columns import require_like_names
     from ocmm_core.tables._grid import (
-        AccountedTable, PreviewRow, TablePreview, TableReader, preview_table, require_like_names,
+        AccountedTable, PreviewRow, TablePreview, TableReader, preview_table,
     )  # fmt: skip
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
-from ocmm_core.tables._grid import TextGrid, fault, heading_cells, require_like_names
+from ocmm_core.tables._grid import LEAST, TextGrid, fault, heading_cells
 from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NUMBER, is_number, plain_signs
 from ocmm_core.units import find_unit, heading_unit, unit_statement
@@ -29,6 +30,8 @@ _MARK = re.compile(
     r"outlier|include[ds]?|gültig|benutzt|verwendet|aktiv|ausreißer|zustand|result|ergebnis)"
 )
 """Headings of columns that mark rows to be left out."""
+_NUMBERED = re.compile(r"(\D*)\d.*")
+_MOST_ODD = 8
 _OTHER = "the points below may belong to another feature"
 _ONE = "Give the points of one feature, or state the columns."
 _ASK = "State the columns, such as name,x,y,z or x,y,z,-."
@@ -222,6 +225,38 @@ def require_one_set(
     gaps = [line for line in grid.gaps if first < line < last]
     if 0 < len(gaps) < len(rows) - 1:
         raise InputError("table.row", f"{path}, line {gaps[0]}: it is empty; {_OTHER}.", _ONE)
+
+
+def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:
+    """Raise InputError if first or last rows lack the number that all other names have.
+
+    Such rows are often means, limits or nominal values in any language. Names that repeat belong to
+    several features.
+    """
+    count = Counter(name for _, name in names)
+    if 1 < len(count) <= len(names) / LEAST:
+        line, name = next((line, name) for line, name in names if name != names[0][1])
+        raise fault(
+            path, line, "row", name, f"is another name than {shortened(names[0][1])} above; the "
+            "points may belong to several features",
+            "Give the points of one feature, or state the columns.",
+        )  # fmt: skip
+    kinds = [found[1] if (found := _NUMBERED.fullmatch(name)) else None for _, name in names]
+    usual = {kind for kind in kinds if kind}
+    # "3s" below P1 to P9 is as odd as "Mean".
+    odd = [place for place, kind in enumerate(kinds) if kind is None or (usual and not kind)]
+    usual = usual or {kind for kind in kinds if kind is not None}
+    if len(usual) != 1 or not 0 < len(odd) <= _MOST_ODD or len(kinds) - len(odd) < LEAST:
+        return
+    inner = [place for place, kind in enumerate(kinds) if kind is not None and place not in odd]
+    if any(inner[0] < place < inner[-1] for place in odd):
+        return
+    line, name = names[odd[0]]
+    raise fault(
+        path, line, "row", name or "(no name)", "is not numbered as the other names, and may be no "
+        "point",
+        "Skip the line, or state the columns if it is a point.",
+    )  # fmt: skip
 
 
 def _joined(cells: Sequence[str]) -> list[str]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,10 +20,8 @@ from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.units import find_unit
 
 _CODE = re.compile(r"[-+]?(?P<nines>9{3,})(?:[.,](?:0*|25))?")
-_NUMBERED = re.compile(r"(\D*)\d.*")
-_LEAST = 3
-"""Rows with names of one kind that make another name suspect."""
-_MOST_ODD = 8
+LEAST = 3
+"""Rows of one kind that make another one suspect."""
 
 
 def require_no_codes(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> None:
@@ -65,43 +62,11 @@ def require_whole(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> None
     ``rows`` as of `require_no_codes`, of a file whose last line has no end.
     """
     last, others = _decimals(rows[-1][1][-1]), {_decimals(row[-1]) for _, row in rows[:-1]}
-    if len(rows) > _LEAST and len(others) == 1 and last < min(others):
+    if len(rows) > LEAST and len(others) == 1 and last < min(others):
         raise fault(
             path, rows[-1][0], "number", rows[-1][1][-1], "may be cut off: the file ends behind it",
             "Copy the file again; if it is complete, end its last line.",
         )  # fmt: skip
-
-
-def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:
-    """Raise InputError if first or last rows lack the number that all other names have.
-
-    Such rows are often means, limits or nominal values in any language. Names that repeat belong to
-    several features.
-    """
-    count = Counter(name for _, name in names)
-    if 1 < len(count) <= len(names) / _LEAST:
-        line, name = next((line, name) for line, name in names if name != names[0][1])
-        raise fault(
-            path, line, "row", name, f"is another name than {shortened(names[0][1])} above; the "
-            "points may belong to several features",
-            "Give the points of one feature, or state the columns.",
-        )  # fmt: skip
-    kinds = [found[1] if (found := _NUMBERED.fullmatch(name)) else None for _, name in names]
-    usual = {kind for kind in kinds if kind}
-    # "3s" below P1 to P9 is as odd as "Mean".
-    odd = [place for place, kind in enumerate(kinds) if kind is None or (usual and not kind)]
-    usual = usual or {kind for kind in kinds if kind is not None}
-    if len(usual) != 1 or not 0 < len(odd) <= _MOST_ODD or len(kinds) - len(odd) < _LEAST:
-        return
-    inner = [place for place, kind in enumerate(kinds) if kind is not None and place not in odd]
-    if any(inner[0] < place < inner[-1] for place in odd):
-        return
-    line, name = names[odd[0]]
-    raise fault(
-        path, line, "row", name or "(no name)", "is not numbered as the other names, and may be no "
-        "point",
-        "Skip the line, or state the columns if it is a point.",
-    )  # fmt: skip
 
 
 LONGEST_ROW = 4000

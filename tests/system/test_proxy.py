@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import pytest
 
+from benchmarks.faulty_line import FrameKind, LineDirection, LineRule, LineTricks, Trick, kind_of
 from ocmm_core.fieldbus.device import OUTPUT_STRUCT
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_sim.bus import FrameKind, LineDirection, LineRule, LineTricks, Trick, kind_of
 
 
 def process_frame(heartbeat: int, counter: int = 0) -> bytes:

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.fault_rig import FaultRig
 from ocmm_core.acquisition.bus_process import (
     BUS_PRIORITY,
     CAMERA_PRIORITY,
@@ -32,7 +33,7 @@ from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
 from ocmm_core.fieldbus.device import NEWEST_LAYOUT, SM_ASSIGNMENT, SM_INPUTS, CameraIdentity
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.fieldbus.wire import Master, check_interface, make_link
-from ocmm_sim.bus import Chain, FaultKind, FaultRig, Faults, Unit, Wire
+from ocmm_sim.bus import Chain, FaultKind, Faults, Unit, Wire
 from ocmm_sim.slave import INIT, PREOP, TestPattern
 from tests.core.fieldbus.bugs.bug_tools import late
 

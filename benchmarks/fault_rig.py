@@ -22,16 +22,16 @@ from typing import TypeVar
 
 import msgspec
 
+from benchmarks.faulty_line import LineLog, LineOrder, LineRule, ProxyConfig
 from ocmm_core.acquisition.bus_process import BusConfig, BusProcess
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, RingHeaderField, read_status
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import make_link, remove_link, set_link, tool
-from ocmm_sim.bus._camera_process import READY, SegmentConfig
-from ocmm_sim.bus._faults import CameraDeed, DeedAnswer, FaultKind, LineLog, LineOrder, LineRule
-from ocmm_sim.bus._proxy import ProxyConfig
+from ocmm_sim.bus import READY, CameraDeed, DeedAnswer, FaultKind, SegmentConfig
 
 HOST, NEAR, FAR, CAMERAS = "host0", "near0", "far0", "cameras0"
+_LINE, _ROOT = "benchmarks.faulty_line", Path(__file__).resolve().parents[1]
 CLOCK = msgspec.Raw(b'{"pattern":"clock"}')
 _READY_S = 20.0
 _ANSWER_S = 3.0
@@ -79,7 +79,7 @@ class FaultRig:
             proxy = ProxyConfig(
                 master_side=NEAR, camera_side=FAR, control=self._path("proxy"), seed=self._seed
             )
-            self._start("proxy", "ocmm_sim.bus._proxy", msgspec.json.encode(proxy) + b"\n")
+            self._start("proxy", _LINE, msgspec.json.encode(proxy) + b"\n")
         except BaseException:
             self.__exit__()
             raise
@@ -105,6 +105,7 @@ class FaultRig:
             remove_link(cable)
 
     def start_cameras(self) -> None:
+        """Start the cameras, each power-on with the next boot counter."""
         segment = SegmentConfig(
             interface=CAMERAS,
             cameras=self._present,
@@ -118,6 +119,7 @@ class FaultRig:
             self.command(FaultKind.UNPLUG, number)
 
     def kill_cameras(self) -> None:
+        """Kill the process of all cameras."""
         child = self._children.pop("cameras")
         child.kill()
         child.wait()
@@ -163,6 +165,7 @@ class FaultRig:
         return self._control("proxy", LineOrder(rules=rules, new_log=new_log), LineLog)
 
     def line_log(self, *, new_log: bool = False) -> LineLog:
+        """Return the log of the cable so far."""
         return self._control("proxy", LineOrder(new_log=new_log), LineLog)
 
     def link(self, name: str, *, up: bool) -> int:
@@ -205,8 +208,9 @@ class FaultRig:
 
     def _start(self, name: str, module: str, first_line: bytes) -> None:
         child = self._children[name] = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-            [sys.executable, "-m", module], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
+            [sys.executable, "-m", module], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": str(_ROOT)},
+        )  # fmt: skip
         if child.stdin is None or child.stdout is None:
             raise OSError("no pipe to a child process")
         child.stdin.write(first_line)
