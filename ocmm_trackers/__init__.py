@@ -6,6 +6,7 @@ ring of a station.
 Read `_messages` (what all protocols have in common), the decoders `_igtl`,
 `_motion_capture` and `_ndi`, then `_frames` (markers to frames), `_proof` (unit and axes by the
 probe), `_source` (with the link), `_process`, `_feed` and `_specs` (the entries of `ocmm.sources`).
+`_pose_file` computes tips from recordings of other programs.
 It must not import virtual trackers.
 """
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_trackers._motion_capture import NatNetDecoder, QtmDecoder
     from ocmm_trackers._ndi import NdiDecoder, checksum_ndi
+    from ocmm_trackers._pose_file import (
+        PoseFile, ToolPivot, pivot_of_files, read_poses,
+    )  # fmt: skip
     from ocmm_trackers._process import (
         PROTOCOLS, TrackerConfig, tracker_command, tracker_description,
     )  # fmt: skip
@@ -32,8 +36,8 @@ else:
 __all__ = [
     "IDENTITY", "IGTL", "NATNET", "NDI", "PROTOCOLS", "QTM", "Decoder", "DeviceStatus",
     "FrameAccount", "FrameBuilder", "GeometryProof", "IgtlDecoder", "MarkerFrame", "MarkerPlace",
-    "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "QtmDecoder",
-    "SensorValues", "TrackerConfig", "TrackerLink", "TrackerSource", "checksum", "checksum_ndi",
-    "decode", "fraction_of", "judge_geometry", "tracker_command", "tracker_config",
-    "tracker_description",
+    "Message", "MessageAccount", "NatNetDecoder", "NdiDecoder", "Pose", "PoseFile", "QtmDecoder",
+    "SensorValues", "ToolPivot", "TrackerConfig", "TrackerLink", "TrackerSource", "checksum",
+    "checksum_ndi", "decode", "fraction_of", "judge_geometry", "pivot_of_files", "read_poses",
+    "tracker_command", "tracker_config", "tracker_description",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""``ocmm probe``: performance of a probe before it is built."""
+"""``ocmm probe``: performance of a probe before it is built, and tips by other programs."""
 
 from __future__ import annotations
 
@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING
 import typer
 from rich.text import Text
 
-from ocmm_cli.terminal import PlainConsole, heads, make_console, print_grid, tr, tr_word
+from ocmm_cli.terminal import (
+    PlainConsole,
+    heads,
+    make_console,
+    print_grid,
+    print_table_account,
+    tr,
+    tr_word,
+)
 from ocmm_core.errors import InputError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.measuring import ProbeReport
@@ -63,6 +72,49 @@ def design(
     written = write_figures(report, out)
     print_report(console, report)
     console.print(f"{tr_word('Written')}: {', '.join(str(item) for item in written)}")
+
+
+@probe_app.command()
+def pivot(*, files: list[Path], json: bool, layout: TableOptions) -> None:
+    """Compute the tip of a tracked tool from poses that another program recorded about its tip.
+
+    Columns: x, y, z, qx, qy, qz, qw (or tx, ty, tz, q0): the tool in the tracker. Rows without a
+    pose are counted, wrong poses left out. Give three files or more, each with the tip in another
+    place: only they tell U.
+    """
+    from ocmm_trackers import pivot_of_files, read_poses
+
+    read = [read_poses(path, layout) for path in files]
+    found = pivot_of_files(read)
+    if json:
+        typer.echo(found.to_json(read))
+        return
+    console = make_console()
+    rows = []
+    for one, pivoted in zip(read, found.pivots, strict=True):
+        print_table_account(one.account)
+        rows.append((
+            one.account.path.name, str(len(pivoted.used)), str(one.unseen),
+            str(int((~pivoted.used).sum())), f"{pivoted.rms:.3f}",
+            *(f"{value:.3f}" for value in (*pivoted.tip, *pivoted.centre)),
+        ))  # fmt: skip
+    console.show("Lengths in mm; tip in the frame of the tool, place in that of the tracker.")
+    print_grid(
+        console,
+        heads("File", "Poses", "Unseen", "Left out", "RMS", "Tip x", "y", "z", "Place x", "y", "z"),
+        rows,
+    )
+    if found.expanded is None:
+        console.show("No U: give three recordings or more, each with the tip in another place.")
+        return
+    print_grid(console, heads("Tip", "Value", "U (95 %)"), [
+        (axis, f"{value:.3f}", f"{u:.3f}")
+        for axis, value, u in zip("xyz", found.tip, found.expanded, strict=True)
+    ])  # fmt: skip
+    console.show(
+        "U from the scatter of the recordings, without what they have in common, such as the scale "
+        "of the tracker."
+    )
 
 
 def print_report(console: PlainConsole, report: ProbeReport) -> None:

@@ -144,7 +144,8 @@ def read_table(
         raise _empty(path)
     line, text = grid.body[0]
     if not grid.is_declared:
-        grid.separator = next((sign for sign in _SIGNS if sign in text), ",")
+        blank = " " if len(wanted.read) > 1 else ","
+        grid.separator = next((sign for sign in _SIGNS if sign in text), blank)
     names = [heading_unit(cell) for cell in heading_cells(text, grid.separator)]
     while len(names) > 1 and not names[-1][0]:
         names.pop()

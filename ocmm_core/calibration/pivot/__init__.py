@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._pivot import LEAST_FRAMES, calibrate_probe
     from ocmm_core.calibration.pivot._robust import free_poses
     from ocmm_core.calibration.pivot._start import (
-        locate_targets, mean_shape, pivot_of_poses, start_pivot,
+        PosePivot, locate_targets, mean_shape, pivot_of_poses, start_pivot,
     )  # fmt: skip
     from ocmm_core.calibration.pivot._validation import (
         OTHER_ATTITUDE, OTHER_PLACE_MM, PivotValidation, attitude_between, validate_pivot,
@@ -36,7 +36,8 @@ else:
 
 __all__ = [
     "LEAST_FRAMES", "OTHER_ATTITUDE", "OTHER_PLACE_MM", "PivotCalibration", "PivotLimits",
-    "PivotOptions", "PivotState", "PivotSweep", "PivotValidation", "SweepCoverage", "adjust_pivot",
+    "PivotOptions", "PivotState", "PivotSweep", "PivotValidation", "PosePivot", "SweepCoverage",
+    "adjust_pivot",
     "attitude_between", "calibrate_probe", "common_centre", "find_jump", "free_poses",
     "group_average", "judge_jump", "judge_shape", "load_sweeps", "locate_targets", "mean_shape",
     "moments_of", "pivot_of_poses", "preview_pivot", "shared_part", "sphere_centres", "start_pivot",
