@@ -16,11 +16,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ocmm_core.export.report import _exporter as exporter
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
+    FLAG,
+    HELD_BACK,
     JOB_STATE,
     Number,
     ReportTable,
@@ -108,11 +110,18 @@ def _clouds(data: ReportData, profile: exporter.Profile) -> dict[str, ReportTabl
     if profile.centres:
         centres = points_table(data, profile.units, centres=True)
         clouds[f"{data.stem}_cloud_centres.asc"] = centres
-    return {name: table.chosen(_PLACE) for name, table in clouds.items()}
+    return {name: _usable(table).chosen(_PLACE) for name, table in clouds.items()}
 
 
 def _points(data: ReportData, profile: exporter.Profile) -> ReportTable:
-    return points_table(data, profile.units).chosen(("X", "Y", "Z", "Name"))
+    return _usable(points_table(data, profile.units)).chosen(("X", "Y", "Z", "Name"))
+
+
+def _usable(points: ReportTable) -> ReportTable:
+    """Return the points that are not held back: a cloud or a macro has no place for the flag."""
+    flag = points.columns.index(FLAG)
+    rows = tuple(row for row in points.rows if HELD_BACK not in str(row[flag]))
+    return replace(points, rows=rows)
 
 
 def _macro(points: ReportTable) -> bytes:

@@ -31,9 +31,10 @@ MM_PER_INCH = 25.4
 
 JOB_STATE = "JobState"
 """Column with SIMULATED and INCOMPLETE in every row of every table."""
+FLAG, HELD_BACK = "Flag", "held back"
 
 POINT_COLUMNS = (
-    "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag", JOB_STATE,
+    "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", FLAG, JOB_STATE,
 )  # fmt: skip
 FEATURE_COLUMNS = (
     "Name", "Type", "Component", "X", "Y", "Z", "I", "J", "K", "Diameter", "Length", "Angle",
@@ -199,7 +200,7 @@ def _flag(data: ReportData, feature: ReportedFeature, point: MeasuredPoint) -> s
     """Return the flags of a point; may be empty."""
     flags = []
     if point.number in data.view.held:
-        flags.append("held back")
+        flags.append(HELD_BACK)
     if point.number in feature.seen.outliers:
         flags.append("outlier")
     return " + ".join(flags)
@@ -338,7 +339,7 @@ def _named(title: str, kind: str, names: Sequence[str]) -> Iterator[tuple[str, s
 
 _SPOKEN = frozenset({
     "Verdict", "Test", "Control", "Type", "Component", "CoordinateSystem", "Criterion", "Note",
-    "Association", "Frame", "Rule", "PartVerdict", "Flag", "Temperature", JOB_STATE,
+    "Association", "Frame", "Rule", "PartVerdict", FLAG, "Temperature", JOB_STATE,
 })  # fmt: skip
 """Columns whose cells are words or sentences of the program."""
 

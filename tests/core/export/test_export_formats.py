@@ -153,13 +153,18 @@ def test_the_same_job_gives_the_same_bytes(tmp_path: Path) -> None:
         assert one.read_bytes() == other.read_bytes(), one.name
 
 
-def test_an_outlier_is_flagged_and_not_left_out(tmp_path: Path) -> None:
+def test_an_outlier_is_flagged_and_only_held_points_are_left_out(tmp_path: Path) -> None:
     view = sample_view()
     flagged = replace(view.features[0], outliers=(3,))
     data = sample_report(replace(view, features=(flagged, *view.features[1:]), held=(3, 4)))
     paths = write_report(data, ("polyworks", "json"), tmp_path, EUROPEAN)
     rows = list(csv.DictReader(io.StringIO(paths[1].read_text("utf-8-sig")), delimiter=";"))
     assert [row["Flag"] for row in rows[:4]] == ["", "", "held back + outlier", "held back"]
+    # Nothing in a cloud or a macro could tell that a point is held back.
+    (cloud,) = (path for path in paths if path.name.endswith("_cloud.asc"))
+    assert len(cloud.read_text("ascii").splitlines()) == len(rows) - 2
+    (macro,) = (path for path in paths if path.suffix == ".pwmacro")
+    assert macro.read_text("utf-16").count("CREATE") == len(rows) - 2
     plain = json.loads(paths[-1].read_text("utf-8"))
     assert plain["features"][0]["outliers"] == [3]
     assert len(plain["observations"]) == 7
