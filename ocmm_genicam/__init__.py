@@ -5,9 +5,9 @@ the ring of a station.
 
 Read `_client` (what a camera must do, pixel formats), `_aravis` (that by the library Aravis),
 `_set_up` (by documents of the makes), `_timing` (proof of a common clock), `_grabber` (one camera),
-`_source` (all of them, also without a common clock), `_process`, `_feed`, `_specs` (the entry of
-`ocmm.sources`), `_viewfinder` (pictures and exposure of all of them, for setting up). It must not
-import virtual cameras.
+`_source` (all of them, also without a common clock), `_viewfinder` (pictures and exposure of all of
+them, for setting up), `_process` (both in a process of their own), `_feed`, `_specs` (the entry of
+`ocmm.sources`). It must not import virtual cameras.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._client import unpack
     from ocmm_genicam._feed import genicam_config, named_cameras, slots_for
-    from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
+    from ocmm_genicam._process import (
+        GenicamConfig, ViewfinderProcess, genicam_command, genicam_description,
+    )  # fmt: skip
     from ocmm_genicam._set_up import Expected, exposure_us, lost_by
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS
-    from ocmm_genicam._viewfinder import (
-        WANTED, Brightness, CameraLook, Viewfinder, ViewfinderProcess,
-    )  # fmt: skip
+    from ocmm_genicam._viewfinder import WANTED, Brightness, CameraLook, Viewfinder
 else:
     __getattr__ = lazy_exports(__name__)
 

@@ -1,25 +1,36 @@
-"""The program that reads GenICam cameras: a library of others cannot end the station with it.
+"""Programs that read GenICam cameras: a library of others cannot end the station with them.
 
-It reads its configuration as one line of JSON from standard input, fills a ring, and ends on
-request in the ring, on SIGTERM, or at the end of standard input.
+The one of a station reads its configuration as one line of JSON from standard input, fills a ring,
+and ends on request in the ring, on SIGTERM, or at the end of standard input.
 """
 
 from __future__ import annotations
 
+import contextlib
 import sys
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.camera import USUAL_SLOTS
-from ocmm_core.failure import REOPEN, exit_with
+from ocmm_core.errors import AcquisitionError, OcmmError
+from ocmm_core.failure import REOPEN, contained, exit_with
+from ocmm_core.processes import end_process, end_with_parent, process_context
 from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
 from ocmm_genicam._set_up import Expected
 from ocmm_genicam._source import GenicamSource
 from ocmm_genicam._timing import SKEW_BOUND_NS
+from ocmm_genicam._viewfinder import CameraLook, Viewfinder
 
 _STRETCHED_US = 2_000_000
+_ANSWER_S = 30.0
 
 
 class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -61,6 +72,95 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
         untimed=config.untimed,
         n_slots=config.n_slots,
     )
+
+
+class ViewfinderProcess:
+    """A `Viewfinder` of Aravis in a separate process, with the same methods and errors.
+
+    AcquisitionError also if the process ended, or gave no answer for half a minute.
+    """
+
+    def __init__(self, serials: Sequence[str], expected: Sequence[Expected]) -> None:
+        context = process_context()
+        self._pipe, theirs = context.Pipe()
+        self._process: BaseProcess | None = context.Process(
+            target=_serve, args=(theirs, tuple(serials), tuple(expected)), name="ocmm-viewfinder",
+            daemon=True,
+        )  # fmt: skip
+        self._process.start()
+        theirs.close()
+        try:
+            self._answer()
+        except BaseException:
+            self.close()
+            raise
+
+    def look(self) -> tuple[CameraLook, ...]:
+        found: tuple[CameraLook, ...] = self._ask("look")
+        return found
+
+    def pictures(self) -> list[NDArray[np.uint16]]:
+        found: list[NDArray[np.uint16]] = self._ask("pictures")
+        return found
+
+    def expose(self, exposure_us: float) -> None:
+        self._ask("expose", exposure_us)
+
+    def gain(self, value: float) -> None:
+        self._ask("gain", value)
+
+    def settle(self) -> tuple[CameraLook, ...]:
+        found: tuple[CameraLook, ...] = self._ask("settle")
+        return found
+
+    def store(self) -> None:
+        self._ask("store")
+
+    def close(self) -> None:
+        """Release the cameras within two seconds; idempotent."""
+        if self._process is not None:
+            with contextlib.suppress(OSError):
+                self._pipe.send(None)
+            end_process(self._process)
+            self._pipe.close()
+            self._process = None
+
+    def _ask(self, name: str, *values: float) -> Any:
+        with contextlib.suppress(OSError):
+            self._pipe.send((name, values))
+        return self._answer()
+
+    def _answer(self) -> Any:
+        try:
+            found = self._pipe.recv() if self._pipe.poll(_ANSWER_S) else None
+        except (EOFError, OSError):
+            found = None
+        if found is None:
+            raise AcquisitionError(
+                "genicam.viewfinder",
+                "The program that reads the cameras has ended or does not answer.",
+                "Check network and cameras, wait some seconds, then open the cameras again.",
+            )
+        if isinstance(found, OcmmError):
+            raise found
+        return found[0]
+
+
+def _serve(pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...]) -> None:
+    end_with_parent()
+    try:
+        finder = Viewfinder(AravisCameras(), serials, expected)
+    except Exception as error:
+        pipe.send(contained(error, "The viewfinder"))
+        return
+    pipe.send((None,))
+    with contextlib.closing(finder), contextlib.suppress(EOFError, OSError):
+        while (asked := pipe.recv()) is not None:
+            name, values = asked
+            try:
+                pipe.send((getattr(finder, name)(*values),))
+            except Exception as error:
+                pipe.send(contained(error, "The viewfinder"))
 
 
 def main() -> None:

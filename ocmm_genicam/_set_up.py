@@ -19,7 +19,7 @@ from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import FORMATS, Camera, PixelFormat
 
 _TRUTHS = {"false": "0", "true": "1"}
-_ALIKE = 1e-6
+_ALIKE, _RATE = 1e-6, 0.01
 
 
 class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -62,6 +62,7 @@ class MakeDocument(Document, frozen=True, kw_only=True):
     gain: tuple[str, ...] = ()
     rate: tuple[str, ...] = ()
     rate_enable: tuple[str, ...] = ()
+    resulting_rate: tuple[str, ...] = ()
     settings: tuple[FeatureSetting, ...] = ()
     needs: tuple[Need, ...] = ()
     ptp: tuple[PtpNames, ...] = ()
@@ -135,8 +136,12 @@ def _real(camera: Camera, field: str) -> float:
 def set_exposure(camera: Camera, expected: Expected, exposure_us: float) -> None:
     """Set the exposure time; AcquisitionError if it is out of range, or the rate would change."""
     _set_named(camera, "exposure", exposure_us, f"an exposure time of {exposure_us:.1f} us")
-    if not _is_triggered(camera):
-        _set_rate(camera, 1e9 / expected.period_ns)
+    _set_rate(camera, 1e9 / expected.period_ns)
+
+
+def has_decibels(camera: Camera) -> bool:
+    """Return whether the gain is in decibels, as the convention states for this name."""
+    return _named(camera, "gain") == "Gain"
 
 
 def set_gain(camera: Camera, value: float) -> None:
@@ -207,8 +212,7 @@ def set_up(camera: Camera, expected: Expected) -> PixelFormat:
         )
     camera.set_integer("Width", expected.width)
     camera.set_integer("Height", expected.height)
-    if not _is_triggered(camera):
-        _set_rate(camera, 1e9 / expected.period_ns)
+    _set_rate(camera, 1e9 / expected.period_ns)
     return pixels
 
 
@@ -217,18 +221,30 @@ def _is_triggered(camera: Camera) -> bool:
 
 
 def _set_rate(camera: Camera, rate: float) -> None:
-    # Without any, the camera names the one that it lacks.
-    enable, name = _named(camera, "rate_enable"), _named(camera, "rate") or "AcquisitionFrameRate"
-    if enable:
-        camera.set_text(enable, "true")
-    camera.set_number(name, rate)
-    real = camera.number(name)
-    if not abs(real - rate) <= 0.01 * rate:
+    """Set the rate of a camera that exposes freely, and check that its link carries it."""
+    resulting = _named(camera, "resulting_rate")
+    if not _is_triggered(camera):
+        # Without any, the camera names the one that it lacks.
+        enable, name = (_named(camera, one) for one in ("rate_enable", "rate"))
+        if enable:
+            camera.set_text(enable, "true")
+        name = name or "AcquisitionFrameRate"
+        camera.set_number(name, rate)
+        real = camera.number(name)
+        if not abs(real - rate) <= _RATE * rate:
+            raise AcquisitionError(
+                "genicam.rate",
+                f"Camera {camera.serial} takes {real:.4g} frames a second, but the rig states "
+                f"{rate:.4g}.",
+                f"Set a shorter exposure, or {real:.4g} as 'frame_rate_hz' of the rig.",
+            )
+    if resulting and (real := camera.number(resulting)) < (1.0 - _RATE) * rate:
         raise AcquisitionError(
-            "genicam.rate",
-            f"Camera {camera.serial} takes {real:.4g} frames a second, but the rig states "
-            f"{rate:.4g}.",
-            f"Set a shorter exposure, or {real:.4g} as 'frame_rate_hz' of the rig.",
+            "genicam.link",
+            f"Camera {camera.serial} can send {real:.4g} frames a second only, but the rig states "
+            f"{rate:.4g}: its exposure, readout or link takes longer.",
+            f"Set a shorter exposure, a faster link, or {math.floor(real)} as 'frame_rate_hz' of "
+            "the rig.",
         )
 
 

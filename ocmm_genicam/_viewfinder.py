@@ -9,34 +9,37 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import SpotFinder
-from ocmm_core.errors import AcquisitionError, OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
-from ocmm_core.processes import end_process, end_with_parent, process_context
-from ocmm_genicam._aravis import AravisCameras
 from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, scaled, unpack
-from ocmm_genicam._set_up import Expected, set_exposure, set_gain, set_up, settings_of, store
+from ocmm_genicam._set_up import (
+    Expected,
+    has_decibels,
+    set_exposure,
+    set_gain,
+    set_up,
+    settings_of,
+    store,
+)
 
 WANTED = 0.7
 """Brightest pixel of the brightest LED, by the full scale."""
 _DARK, _BRIGHT = 0.35, 0.9
 _SETTLED = 0.1
-_STEPS = 8
+_STEPS, _TRIES = 12, 2
 _MOST_STEP = 8.0
+_SHARES = (1.0, 0.5, 0.25)
+"""Of the step, if an exposure time is refused."""
 _FRESH_S, _PICTURE_S = 1.0, 3.0
 _LATE_IMAGES = 3
-_ANSWER_S = 30.0
 _SEARCHES = 4
 _SHOWN_PX = 640
 _HALF_PX = 7
@@ -213,34 +216,34 @@ class Viewfinder:
 
         AcquisitionError: out of its range, or too long for the frame rate of the rig.
         """
-        before = [settings_of(view.camera)[0] for view in self._views]
-        try:
-            for view in self._views:
-                set_exposure(view.camera, view.expected, exposure_us)
-        except AcquisitionError:
-            for view, old in zip(self._views, before, strict=True):
-                with contextlib.suppress(AcquisitionError):
-                    set_exposure(view.camera, view.expected, old)
-            raise
-        finally:
-            self._forget()
+        self._set_all(
+            0, lambda view, value: set_exposure(view.camera, view.expected, value), exposure_us
+        )
 
     def gain(self, value: float) -> None:
-        """Set the gain of all cameras; AcquisitionError if one refuses."""
-        for view in self._views:
-            set_gain(view.camera, value)
-        self._forget()
+        """Set the gain of all cameras; they keep the old one if one of them refuses."""
+        self._set_all(1, lambda view, value: set_gain(view.camera, value), value)
 
     def settle(self) -> tuple[CameraLook, ...]:
-        """Set the exposure time by which the brightest LED of all fills `WANTED` of a pixel.
+        """Set exposure and gain by which the brightest LED of all fills `WANTED` of a pixel.
 
-        AcquisitionError: no LED is seen, or the exposure time is out of range.
+        The gain is the lowest with which the exposure time fits into the frame rate of the rig.
+        AcquisitionError: no LED is seen, or both are out of range.
         """
+        tries, begun_us = 0, settings_of(self._views[0].camera)[0]
         for _ in range(_STEPS):
             self._forget()
             found = self.look()
             shares = [one.brightest for one in found if not math.isnan(one.brightest)]
+            if not shares and tries < _TRIES:
+                tries += 1
+                # Faint ones may show.
+                with contextlib.suppress(AcquisitionError):
+                    self.expose(found[0].exposure_us * _MOST_STEP)
+                continue
             if not shares:
+                with contextlib.suppress(AcquisitionError):
+                    self.expose(begun_us)
                 raise AcquisitionError(
                     "genicam.no_led",
                     "No camera sees an LED.",
@@ -252,9 +255,39 @@ class Viewfinder:
                 return found
             # The brightness of an overexposed spot is unknown.
             step = WANTED / brightest if brightest < 0.98 else 0.4
-            exposure = found[0].exposure_us * min(max(step, 1.0 / _MOST_STEP), _MOST_STEP)
-            self.expose(exposure)
+            self._brighten(min(max(step, 1.0 / _MOST_STEP), _MOST_STEP), found[0])
         return self.look()
+
+    def _brighten(self, step: float, look: CameraLook) -> None:
+        """Multiply the light by a factor: by gain what no exposure time can give."""
+        gain, change = look.gain, 20.0 * math.log10(step)
+        in_decibels = all(has_decibels(view.camera) for view in self._views)
+        if step < 1.0 and in_decibels and gain > 0.0:
+            self.gain(max(gain + change, 0.0))
+            return
+        for share in _SHARES:
+            try:
+                self.expose(look.exposure_us * step**share)
+            except AcquisitionError:
+                if step < 1.0 or (share == _SHARES[-1] and not in_decibels):
+                    raise
+            else:
+                return
+        self.gain(gain + change)
+
+    def _set_all(self, place: int, change: Callable[[_View, float], None], value: float) -> None:
+        """Change a setting of all cameras, or of none."""
+        before = [settings_of(view.camera)[place] for view in self._views]
+        try:
+            for view in self._views:
+                change(view, value)
+        except AcquisitionError:
+            for view, old in zip(self._views, before, strict=True):
+                with contextlib.suppress(AcquisitionError):
+                    change(view, old)
+            raise
+        finally:
+            self._forget()
 
     def store(self) -> None:
         """Store the settings in the cameras, to be loaded at power-up; AcquisitionError."""
@@ -294,92 +327,3 @@ def _spot(counts: NDArray[np.uint16], u: float, v: float) -> tuple[float, float]
     at = np.arange(len(across)) + left
     middle = float(at @ across / across.sum())
     return float(part.max()), float(np.sqrt((at - middle) ** 2 @ across / across.sum()))
-
-
-class ViewfinderProcess:
-    """A `Viewfinder` of Aravis in a separate process, with the same methods and errors.
-
-    AcquisitionError also if the process ended, or gave no answer for half a minute.
-    """
-
-    def __init__(self, serials: Sequence[str], expected: Sequence[Expected]) -> None:
-        context = process_context()
-        self._pipe, theirs = context.Pipe()
-        self._process: BaseProcess | None = context.Process(
-            target=_serve, args=(theirs, tuple(serials), tuple(expected)), name="ocmm-viewfinder",
-            daemon=True,
-        )  # fmt: skip
-        self._process.start()
-        theirs.close()
-        try:
-            self._answer()
-        except BaseException:
-            self.close()
-            raise
-
-    def look(self) -> tuple[CameraLook, ...]:
-        found: tuple[CameraLook, ...] = self._ask("look")
-        return found
-
-    def pictures(self) -> list[NDArray[np.uint16]]:
-        found: list[NDArray[np.uint16]] = self._ask("pictures")
-        return found
-
-    def expose(self, exposure_us: float) -> None:
-        self._ask("expose", exposure_us)
-
-    def gain(self, value: float) -> None:
-        self._ask("gain", value)
-
-    def settle(self) -> tuple[CameraLook, ...]:
-        found: tuple[CameraLook, ...] = self._ask("settle")
-        return found
-
-    def store(self) -> None:
-        self._ask("store")
-
-    def close(self) -> None:
-        """Release the cameras within two seconds; idempotent."""
-        if self._process is not None:
-            with contextlib.suppress(OSError):
-                self._pipe.send(None)
-            end_process(self._process)
-            self._pipe.close()
-            self._process = None
-
-    def _ask(self, name: str, *values: float) -> Any:
-        with contextlib.suppress(OSError):
-            self._pipe.send((name, values))
-        return self._answer()
-
-    def _answer(self) -> Any:
-        try:
-            found = self._pipe.recv() if self._pipe.poll(_ANSWER_S) else None
-        except (EOFError, OSError):
-            found = None
-        if found is None:
-            raise AcquisitionError(
-                "genicam.viewfinder",
-                "The program that reads the cameras has ended or does not answer.",
-                "Check network and cameras, wait some seconds, then open the cameras again.",
-            )
-        if isinstance(found, OcmmError):
-            raise found
-        return found[0]
-
-
-def _serve(pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...]) -> None:
-    end_with_parent()
-    try:
-        finder = Viewfinder(AravisCameras(), serials, expected)
-    except Exception as error:
-        pipe.send(contained(error, "The viewfinder"))
-        return
-    pipe.send((None,))
-    with contextlib.closing(finder), contextlib.suppress(EOFError, OSError):
-        while (asked := pipe.recv()) is not None:
-            name, values = asked
-            try:
-                pipe.send((getattr(finder, name)(*values),))
-            except Exception as error:
-                pipe.send(contained(error, "The viewfinder"))

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_trackers._motion_capture import NatNetDecoder, QtmDecoder
     from ocmm_trackers._ndi import NdiDecoder, checksum_ndi
-    from ocmm_trackers._pose_file import (
-        PoseFile, ToolPivot, pivot_of_files, read_poses,
-    )  # fmt: skip
+    from ocmm_trackers._pose_file import PoseFile, ToolPivot, pivot_of_files, read_poses
     from ocmm_trackers._process import (
         PROTOCOLS, TrackerConfig, tracker_command, tracker_description,
     )  # fmt: skip

@@ -56,6 +56,7 @@ class Feature(IntEnum):
     USER_SET = 0x1_00B8
     USER_SET_SAVE = 0x1_00C0
     USER_SET_DEFAULT = 0x1_00C8
+    RESULTING_RATE = 0x1_00D0
 
 
 _LIMITS = {Feature.EXPOSURE: (10.0, 100_000.0), Feature.GAIN: (0.0, 24.0)}
@@ -81,6 +82,8 @@ class GigeConfig:
     model: str = "Software Camera"
     keeps_gamma: bool = False
     """Gamma cannot be switched off."""
+    link_hz: float = 10_000.0
+    """Frames a second that the link carries."""
 
 
 class Memory:
@@ -151,6 +154,7 @@ class Memory:
         # No image is exposed while the one before is.
         rate = min(self.real(Feature.RATE), 1e6 / self.real(Feature.EXPOSURE))
         self._set_real(Feature.RATE, rate)
+        self._set_real(Feature.RESULTING_RATE, min(rate, self.config.link_hz))
         enabled = self.integer(Feature.PTP_ENABLE) != 0
         state = _PTP_STATES[self.config.ptp if enabled and self.config.ptp else "Disabled"]
         self.set_integer(Feature.PTP_STATUS, state)
@@ -211,7 +215,8 @@ def _xml(config: GigeConfig) -> str:
         _boolean("GammaEnable", F.GAMMA),
         _enumeration("ExposureAuto", F.EXPOSURE_AUTO, {"Off": 0, "Once": 1, "Continuous": 2}),
         _real("ExposureTime", F.EXPOSURE), _real("Gain", F.GAIN),
-        _real("AcquisitionFrameRate", F.RATE), _enumeration("UserSetSelector", F.USER_SET, _SETS),
+        _real("AcquisitionFrameRate", F.RATE), _real("ResultingFrameRate", F.RESULTING_RATE),
+        _enumeration("UserSetSelector", F.USER_SET, _SETS),
         _enumeration("UserSetDefault", F.USER_SET_DEFAULT, _SETS),
         _command("UserSetSave", F.USER_SET_SAVE),
         _command("AcquisitionStart", F.START), _command("AcquisitionStop", F.STOP),

@@ -1693,8 +1693,8 @@ Startet: {source}</translation>
         <translation>Nach LEDs belichten</translation>
     </message>
     <message>
-        <source>The brightest LED fills 70 % of a pixel; all cameras get one time</source>
-        <translation>Die hellste LED füllt ein Pixel zu 70 %; alle Kameras erhalten eine Zeit</translation>
+        <source>The brightest LED fills 70 % of a pixel; all cameras get one time and gain</source>
+        <translation>Die hellste LED füllt ein Pixel zu 70 %; alle Kameras erhalten eine Zeit und Verstärkung</translation>
     </message>
     <message>
         <source>Darker</source>

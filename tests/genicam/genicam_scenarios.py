@@ -424,14 +424,15 @@ def _pictures(repeats: int) -> Any:
 
 def _viewfinder(_repeats: int) -> Any:
     """Set exposure and gain of cameras whose spot gets brighter with both."""
-    rig, ended = Rig(CONFIG, SECOND), threading.Event()
+    rig, ended, strength = Rig(CONFIG, SECOND), threading.Event(), [1.0]
 
     def shine() -> None:
         x = np.arange(SIZE)
         light = np.exp(-0.5 * ((x[:, None] - 90.0) ** 2 + (x - 150.0) ** 2) / 1.5**2)
         while not ended.is_set():
             memory = rig.cameras[0].memory
-            share = memory.real(Feature.EXPOSURE) / 1000.0 * 2.0 ** memory.real(Feature.GAIN)
+            gain = 10.0 ** (memory.real(Feature.GAIN) / 20.0)
+            share = strength[0] * memory.real(Feature.EXPOSURE) / 1000.0 * gain
             counts = np.minimum(100.0 + 4095.0 * share * light, 4095.0).astype(np.uint16)
             rig.show(packed(counts).data.cast("B"))
             time.sleep(0.005)
@@ -444,7 +445,8 @@ def _viewfinder(_repeats: int) -> Any:
         with contextlib.closing(ViewfinderProcess(rig.serials, cameras)) as finder:
             deeds: tuple[Callable[[], object], ...] = (
                 partial(finder.expose, 100.0), partial(finder.expose, 3000.0), finder.settle,
-                partial(finder.gain, 1.0), finder.settle,
+                partial(finder.gain, 6.0), finder.settle,
+                partial(strength.__setitem__, 0, 0.02), finder.settle,
             )  # fmt: skip
             for deed in deeds:
                 deed()
@@ -547,6 +549,7 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "gamma stays": _sentence(
         _nothing, CONFIG, replace(SECOND, keeps_gamma=True), opens=False
     ),
+    "slow link": _sentence(_nothing, CONFIG, replace(SECOND, link_hz=80.0), opens=False),
     "set up": _set_up,
     "viewfinder": _viewfinder,
     "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -160,6 +161,7 @@ def test_a_camera_that_fails_is_a_sentence_in_three_seconds(
         ("other size", "genicam.size"),
         ("colour", "genicam.format"),
         ("gamma stays", "genicam.setting"),
+        ("slow link", "genicam.link"),
         ("other model", "genicam.unlike"),
     ],
 )
@@ -174,17 +176,20 @@ def test_cameras_that_cannot_measure_are_refused(played: Played, name: str, code
 def test_exposure_is_set_by_the_brightest_led(played: Played) -> None:
     """One time for both cameras; what one cannot take leaves both as they were."""
     result = played("viewfinder")
-    dark, bright, settled, brighter, again = (one[0] for one in result["found"])
+    dark, bright, settled, brighter, again, _, faint = (one[0] for one in result["found"])
     assert dark[0] == "too dark"
     assert dark[1] == pytest.approx(0.1, abs=0.05)
     assert bright[0] == "too bright"
-    for one in (settled, again):
+    for one in (settled, again, faint):
         assert one[0] == "good"
         assert one[1] == pytest.approx(0.7, abs=0.08)
     assert brighter[1] > 0.9
-    # Twice the gain, half the exposure.
-    assert again[2] == pytest.approx(0.5 * settled[2], rel=0.15)
-    assert [settled[3], again[3]] == [0.0, 1.0]
+    # The lowest gain: more of it only for LEDs that the longest exposure leaves too dark.
+    assert [settled[3], brighter[3], again[3]] == [0.0, 6.0, 0.0]
+    assert again[2] == pytest.approx(settled[2], rel=0.15)
+    assert 5_000.0 < faint[2] <= 10_000.0
+    # Black level, and 10 % of the light.
+    assert 20.0 * math.log10(0.7 / (0.02 * faint[2] / 1000.0)) == pytest.approx(faint[3], abs=1.5)
     # Its place, and the width of the light.
     assert settled[5:7] == pytest.approx([150.0, 90.0], abs=0.02)
     assert settled[4] == pytest.approx(1.5, abs=0.15)
@@ -195,7 +200,7 @@ def test_exposure_is_set_by_the_brightest_led(played: Played) -> None:
     assert too_long.startswith("genicam.rate: Camera 101 takes 20 frames a second, but the rig ")
     assert gain.startswith("genicam.out_of_range: Camera 101 does not take a gain of 99")
     assert ended.startswith("genicam.viewfinder: ")
-    assert result["kept"] == [again[2], again[2]]
+    assert result["kept"] == [faint[2], faint[2]]
     assert result["stored"] == [1, 1]
     assert result["shape"] == [256, 256]
     assert 40_000 < result["picture"][0] <= 65_535

@@ -37,9 +37,8 @@ else:
 __all__ = [
     "LEAST_FRAMES", "OTHER_ATTITUDE", "OTHER_PLACE_MM", "PivotCalibration", "PivotLimits",
     "PivotOptions", "PivotState", "PivotSweep", "PivotValidation", "PosePivot", "SweepCoverage",
-    "adjust_pivot",
-    "attitude_between", "calibrate_probe", "common_centre", "find_jump", "free_poses",
-    "group_average", "judge_jump", "judge_shape", "load_sweeps", "locate_targets", "mean_shape",
-    "moments_of", "pivot_of_poses", "preview_pivot", "shared_part", "sphere_centres", "start_pivot",
-    "thesis_pivot", "tips_by_cameras", "validate_pivot",
+    "adjust_pivot", "attitude_between", "calibrate_probe", "common_centre", "find_jump",
+    "free_poses", "group_average", "judge_jump", "judge_shape", "load_sweeps", "locate_targets",
+    "mean_shape", "moments_of", "pivot_of_poses", "preview_pivot", "shared_part", "sphere_centres",
+    "start_pivot", "thesis_pivot", "tips_by_cameras", "validate_pivot",
 ]  # fmt: skip
