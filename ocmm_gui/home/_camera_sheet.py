@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 _INFOS = (
     kit.ActionInfo("settle", later("Expose by LEDs"),
-                   later("The brightest LED fills 70 % of a pixel; all cameras get one time and gain"),
+                   later("The brightest LED fills 70 % of a pixel; all cameras get one time and "
+                         "gain"),
                    ("F2",)),
     kit.ActionInfo("darker", later("Darker"), later("Shorter exposure by a fifth"), ("F3",)),
     kit.ActionInfo("brighter", later("Brighter"), later("Longer exposure by a quarter"), ("F4",)),

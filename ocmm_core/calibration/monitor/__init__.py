@@ -14,12 +14,11 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
     from ocmm_core.calibration.monitor._drift_decision import ChangeCause, DriftReport
+    from ocmm_core.calibration.monitor._drift_statistic import N_MOTIONS, camera_changes
     from ocmm_core.calibration.monitor._monitor import (
         CalibrationMonitor, load_baseline, save_baseline,
     )  # fmt: skip
-    from ocmm_core.calibration.monitor._residual_samples import (
-        N_MOTIONS, ResidualAccumulator, ResidualSample, camera_changes,
-    )  # fmt: skip
+    from ocmm_core.calibration.monitor._residual_samples import ResidualAccumulator, ResidualSample
 else:
     __getattr__ = lazy_exports(__name__)
 

@@ -13,13 +13,14 @@ from enum import Enum
 import numpy as np
 import scipy
 
-from ocmm_core.calibration.monitor._drift_statistic import PossibleChange, Scores, score_changes
-from ocmm_core.calibration.monitor._residual_samples import (
+from ocmm_core.calibration.monitor._drift_statistic import (
     CAMERA_CHANGES,
     N_MOTIONS,
-    Belief,
-    ResidualSample,
+    PossibleChange,
+    Scores,
+    score_changes,
 )
+from ocmm_core.calibration.monitor._residual_samples import Belief, ResidualSample
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody

@@ -17,16 +17,14 @@ import numpy as np
 import scipy
 
 from ocmm_core.calibration.monitor._residual_samples import (
-    N_MOTIONS,
     Belief,
     ResidualSample,
     SpotRows,
-    camera_changes,
     spot_rows,
     spot_weights,
     tips_world,
 )
-from ocmm_core.camera import N_PARAMETERS, Rig
+from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig
 from ocmm_core.geometry import Float, skew
 from ocmm_core.tracking import ProbeBody
 
@@ -35,6 +33,18 @@ _UNITS = np.array([1e-5] * 3 + [0.01] * 3 + [1e-3] + [0.01] * 2)
 _LED_UNIT = 0.01
 _BOUND = 1e3
 """Largest change in units; regularises changes that some looks cannot separate."""
+
+
+CAMERA_CHANGES = (
+    "pitch", "yaw", "roll", "sideways", "vertical", "axial", "focal length",
+    "principal point u", "principal point v",
+)  # fmt: skip
+"""Possible changes of a camera: rotations (rad) about its axes through its projection centre (x to
+the right of the image, y down it, z along the view), shifts (mm) of that centre along them, focal
+length (mm) and principal point (px)."""
+
+N_MOTIONS = 6
+"""The first of them are motions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,3 +265,15 @@ def _change(information: Float, score: Float, units: Float) -> PossibleChange:
         size=size * units,
         covariance=covariance * np.outer(units, units),
     )
+
+
+def camera_changes(camera: CameraModel) -> Float:
+    """Return d(`camera.model.PARAMETERS`)/d(`CAMERA_CHANGES`), (14, 9)."""
+    columns = np.zeros((N_PARAMETERS, len(CAMERA_CHANGES)))
+    # The parameters turn the scene about the world origin; a rotation of the camera about its
+    # projection centre is the inverse and also changes the translation.
+    columns[0:3, 0:3] = -np.eye(3)
+    columns[3:6, 0:3] = skew(camera.T_camera_from_world.translation)
+    columns[3:6, 3:6] = -np.eye(3)
+    columns[6, 6] = columns[8, 7] = columns[9, 8] = 1.0
+    return columns

@@ -15,15 +15,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ocmm_core.camera import (
-    N_PARAMETERS,
-    CameraModel,
-    Rig,
-    SpotNoise,
-    project,
-    projection_jacobians,
-)
-from ocmm_core.geometry import Float, Int, Pixels, skew
+from ocmm_core.camera import Rig, SpotNoise, projection_jacobians
+from ocmm_core.cpu_features import njit
+from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, cut, join
 
 _PIXEL_PX = 1.2
@@ -142,34 +136,90 @@ def sample_of(
     used = good[_seen_most_often(frames.seen[good])]
     if len(used) < enough:
         return None
-    uv = frames.uv[used]
-    seen = np.isfinite(uv[0, :, :, 0])
-    if float(np.ptp(uv[:, seen], axis=0).max()) > _REACH_PX:
-        return None
-    rotations, origins = frames.rotation_world_from_probe[used], frames.origin_world[used]
-    leds_world = body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]
-    residuals = np.stack(
-        [uv[:, c] - project(camera, leds_world) for c, camera in enumerate(rig.cameras)], axis=1
+    # Without a copy if all frames count.
+    chosen = slice(None) if len(used) == len(frames) else used
+    uv, rotations, origins = (
+        np.ascontiguousarray(one[chosen])
+        for one in (frames.uv, frames.rotation_world_from_probe, frames.origin_world)
     )
+    seen = np.isfinite(uv[0, :, :, 0])
     pattern = np.full(seen.shape, rig.noise.pattern_px)
+    expected = np.zeros((0, *uv.shape[1:]))
+    if maps:
+        expected = np.zeros(uv.shape)
     for c, known in enumerate(maps):
-        expected, left = known.at(uv[:, c, seen[c]])
-        residuals[:, c, seen[c]] -= expected
+        expected[:, c, seen[c]], left = known.at(uv[:, c, seen[c]])
         pattern[c, seen[c]] = left.mean(axis=0)
-    mean = residuals.mean(axis=0)
+    moments = np.full((3, *seen.shape, 2), np.nan)
+    squares, reach = moments_of(
+        uv, seen, rotations, origins, body.leds_probe, rig.packed(), expected, moments
+    )
+    if reach > _REACH_PX:
+        return None
     # The pose of each frame has six parameters.
     freedom = (len(used) - 1) * (2 * int(np.count_nonzero(seen)) - 6)
-    scatter = float(np.sqrt(np.sum((residuals - mean)[:, seen] ** 2) / freedom))
+    scatter = float(np.sqrt(squares / freedom))
     middle = len(used) // 2
     return ResidualSample(
         first_ns=int(frames.time_ns[used[0]]), last_ns=int(frames.time_ns[used[-1]]),
-        n_frames=len(used), residuals=mean, uv=uv.mean(axis=0),
+        n_frames=len(used), residuals=moments[0], uv=moments[1],
         # The mean of a Gaussian correlation over Gaussian places, two axes; a standard deviation.
-        still=np.prod(1.0 + 2.0 * uv.var(axis=0) / _PIXEL_PX**2, axis=2) ** -0.25,
+        still=np.prod(1.0 + 2.0 * moments[2] / _PIXEL_PX**2, axis=2) ** -0.25,
         pattern_px=pattern,
         white_px=max(scatter, rig.noise.white_px) / float(np.sqrt(len(used))),
         rotation_world_from_probe=rotations[middle], origin_world=origins[middle],
     )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def moments_of(
+    uv: Float, seen: NDArray[np.bool_], rotations: Float, origins: Float, leds: Float, cams: Float,
+    expected: Float, moments: Float,
+) -> tuple[float, float]:  # fmt: skip
+    """Write mean residuals, mean places and variances of places of the seen spots, (3, C, L, 2).
+
+    ``uv`` (n, C, L, 2), px; poses (n, 3, 3) and (n, 3), world from probe; ``cams`` as `Rig.packed`;
+    ``expected`` (n or 0, C, L, 2), px: subtracted from the residuals. Return the sum of the squares
+    of the residuals about their means, and the longest way of a spot along an axis, px.
+    """
+    n, n_cameras, n_leds = uv.shape[:3]
+    residuals, point = np.empty((n, 2)), np.empty(3)
+    squares = reach = 0.0
+    for c in range(n_cameras):
+        cam = cams[c]
+        for led in range(n_leds):
+            if not seen[c, led]:
+                continue
+            for i in range(n):
+                for a in range(3):
+                    q = rotations[i, a]
+                    place = q[0] * leds[led, 0] + q[1] * leds[led, 1] + q[2] * leds[led, 2]
+                    point[a] = place + origins[i, a]
+                z = cam[6] * point[0] + cam[7] * point[1] + cam[8] * point[2] + cam[11]
+                x = cam[0] * point[0] + cam[1] * point[1] + cam[2] * point[2] + cam[9]
+                y = cam[3] * point[0] + cam[4] * point[1] + cam[5] * point[2] + cam[10]
+                # As `camera.project`; labelled spots are in front of their camera.
+                x, y = cam[12] * x / z, cam[12] * y / z
+                k1, k2, p1, p2 = cam[17], cam[18], cam[19], cam[20]
+                r2 = x * x + y * y
+                radial = 1.0 + r2 * (k1 + k2 * r2)
+                xd = x * radial + 2.0 * p1 * x * y + p2 * (3.0 * x * x + y * y)
+                yd = y * radial + p1 * (x * x + 3.0 * y * y) + 2.0 * p2 * x * y
+                residuals[i, 0] = uv[i, c, led, 0] - (cam[15] + cam[13] * xd)
+                residuals[i, 1] = uv[i, c, led, 1] - (cam[16] + cam[14] * yd)
+            for a in range(2):
+                if len(expected):
+                    for i in range(n):
+                        residuals[i, a] -= expected[i, c, led, a]
+                mean, middle = residuals[:, a].mean(), uv[:, c, led, a].mean()
+                spread = 0.0
+                reach = max(reach, uv[:, c, led, a].max() - uv[:, c, led, a].min())
+                for i in range(n):
+                    squares += (residuals[i, a] - mean) ** 2
+                    spread += (uv[i, c, led, a] - middle) ** 2
+                moments[0, c, led, a], moments[1, c, led, a] = mean, middle
+                moments[2, c, led, a] = spread / n
+    return squares, reach
 
 
 def _seen_most_often(seen: NDArray[np.uint64]) -> NDArray[np.bool_]:
@@ -223,18 +273,6 @@ class PixelNoise:
         most = _MOST * (expected + slope * max(self.px, 0.3 * noise.pattern_px) ** 2)
         found = min(float(np.sum(change[seen] ** 2)), most) - expected
         return PixelNoise(self.squares + found * slope / size, self.weight + slope**2 / size)
-
-
-CAMERA_CHANGES = (
-    "pitch", "yaw", "roll", "sideways", "vertical", "axial", "focal length",
-    "principal point u", "principal point v",
-)  # fmt: skip
-"""Possible changes of a camera: rotations (rad) about its axes through its projection centre (x to
-the right of the image, y down it, z along the view), shifts (mm) of that centre along them, focal
-length (mm) and principal point (px)."""
-
-N_MOTIONS = 6
-"""The first of them are motions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -342,18 +380,6 @@ def spot_weights(
     half[diagonal, diagonal] *= 0.5
     weights: Float = half + half.T
     return weights
-
-
-def camera_changes(camera: CameraModel) -> Float:
-    """Return d(`camera.model.PARAMETERS`)/d(`CAMERA_CHANGES`), (14, 9)."""
-    columns = np.zeros((N_PARAMETERS, len(CAMERA_CHANGES)))
-    # The parameters turn the scene about the world origin; a rotation of the camera about its
-    # projection centre is the inverse and also changes the translation.
-    columns[0:3, 0:3] = -np.eye(3)
-    columns[3:6, 0:3] = skew(camera.T_camera_from_world.translation)
-    columns[3:6, 3:6] = -np.eye(3)
-    columns[6, 6] = columns[8, 7] = columns[9, 8] = 1.0
-    return columns
 
 
 def tips_world(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
