@@ -178,6 +178,27 @@ class FrameDoubt:
     """(6, 6): rotation, rad, about the frame axes through its origin, and shift, mm."""
 
 
+@dataclass(frozen=True, slots=True)
+class FeatureDoubt:
+    """Uncertainty common to all points of a feature."""
+
+    feature: str
+    along: float = 0.0
+    """mm, standard: of the points along their directions, as by the thickness of a sheet."""
+    shift: float = 0.0
+    """mm, standard: of the points together in any direction, as by the play of a gauge."""
+
+    def contribution(self, points: Sequence[MeasuredPoint]) -> Contribution:
+        own = np.array([float(point.feature == self.feature) for point in points])
+        ways = np.array([point.direction for point in points])[:, :, None]
+        by = np.concatenate(
+            [self.along * ways, np.tile(self.shift * np.eye(3), (len(own), 1, 1))], 2
+        )
+        by = _with_radius((own[:, None, None] * by).reshape(-1, 4))
+        name = f"Sheet of {self.feature}" if self.along else f"Play of {self.feature}"
+        return Contribution(ErrorSource(name, "B", "uniform", "limit in the plan"), by, np.eye(4))
+
+
 def contributions(
     points: Sequence[MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
@@ -187,6 +208,7 @@ def contributions(
     part: PartTemperature | None = None,
     probe: ProbeState | None = None,
     frame: FrameDoubt | None = None,
+    doubts: Sequence[FeatureDoubt] = (),
 ) -> tuple[Contribution, ...]:
     """Return all parts of the joint covariance of ``points``.
 
@@ -205,6 +227,8 @@ def contributions(
         part, with the same sum.
     frame
         Uncertainty of a saved frame; None if the job measures the frame.
+    doubts
+        Of sheets and gauges, as in the plan.
     """
     count = len(points)
     radius = np.zeros((3 * count + 1, 1))
@@ -225,6 +249,7 @@ def contributions(
     found = _by_thermometer(found, points, rig, body, part)
     if frame is not None:
         found.append(Contribution(FRAME, rigid_movement(points, frame), frame.covariance))
+    found += [doubt.contribution(points) for doubt in doubts]
     return tuple(found)
 
 

@@ -42,6 +42,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._contributions import (
     Contribution,
+    FeatureDoubt,
     FrameDoubt,
     contributions,
     systematic_contributions,
@@ -286,13 +287,14 @@ def joint_factors(
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
     frame: FrameDoubt | None = None,
+    doubts: Sequence[FeatureDoubt] = (),
     root: Callable[[Float], Float] | None = None,
 ) -> PointFactors:
     """Return the factors of the covariance of all ball centres and the tip radius.
 
     Arguments as in `contributions`; ``root`` replaces `root_of`, for callers that cache results.
     """
-    parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
+    parts = contributions(points, sensitivities, rig, body, contact, part, None, frame, doubts)
     return factors_of(parts, len(points), root)
 
 

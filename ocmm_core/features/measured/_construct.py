@@ -96,7 +96,8 @@ class HiddenPoint(_Construction, frozen=True, kw_only=True, tag="hidden point"):
 class PartOf(_Construction, frozen=True, kw_only=True, tag="part of"):
     """A feature under another name, or its axis or centre alone."""
 
-    part: Literal["all", "axis", "centre"] = "all"
+    part: Literal["all", "axis", "centre", "middle"] = "all"
+    """``"middle"``: the point of a line, as an edge, amid its touches."""
 
 
 Construction: TypeAlias = (
@@ -260,7 +261,8 @@ def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str,
             _count(shapes, 1)
             if item.part == "all":
                 return shapes[0]
-            _all(shapes, AXIAL if item.part == "axis" else CENTRED)
+            line = (Shape.LINE,)
+            _all(shapes, {"axis": AXIAL, "middle": line}.get(item.part, CENTRED))
             return Shape.LINE if item.part == "axis" else Shape.POINT
 
 

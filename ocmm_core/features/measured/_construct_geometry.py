@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.measured._actual import SHORTEST_MM
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, element
 from ocmm_core.geometry import Float, unit
 
@@ -19,9 +20,6 @@ LEAST_ANGLE_DEG = 1.0
 
 MOST_TILT_DEG = 10.0
 """A more oblique circle is an ellipse in the plane."""
-
-SHORTEST_MM = 1.0
-"""Closer points give no direction."""
 
 _LEAST_SINE = float(np.sin(np.radians(LEAST_ANGLE_DEG)))
 _LEAST_GAP = 1e-2

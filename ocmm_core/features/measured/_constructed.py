@@ -243,7 +243,7 @@ def construct(
                     return first.copy()
                 case "axis":
                     return element(first[POINT], unit(first[DIRECTION]))
-                case "centre":
+                case "centre" | "middle":
                     return element(first[POINT])
         case FitThrough() | BoltCircle():
             raise TypeError(construction)

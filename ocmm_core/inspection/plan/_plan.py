@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 import msgspec
+import numpy as np
 
 from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
 from ocmm_core.calibration.probe_design import MaterialExpansion
@@ -27,7 +28,7 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
-from ocmm_core.measuring import Climate, check_part
+from ocmm_core.measuring import Climate, FeatureDoubt, check_part
 from ocmm_core.names import label_fault, name_fault, normal_text
 from ocmm_core.part_model import model_endings
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
@@ -65,6 +66,8 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
             f"is 'shank', but the probe axis does not determine the probe side of a {shape}"
         )
     # A line does not name its face; all other shapes have a normal.
+    if feature.sheet and feature.shape is Shape.POINT and method != "nominal":
+        return "compensation", "must be 'nominal' for a point on the other side of a sheet"
     if method == "nominal" and feature.shape is Shape.LINE:
         return "compensation", f"is 'nominal', but the plan does not say which way a {shape} faces"
     return None
@@ -220,6 +223,16 @@ class Plan(Document, frozen=True, kw_only=True):
             return None
         nominals = measured.nominal_geometries(self.features, self.constructions)
         return BoundAlignment(self.alignment, self.shapes, nominals)
+
+    @property
+    def doubts(self) -> tuple[FeatureDoubt, ...]:
+        """Return the uncertainty of sheets between the touched side and that of the plan."""
+        # Uniform within the limit.
+        return tuple(
+            FeatureDoubt(item.name, along=item.sheet_limit / np.sqrt(3.0))
+            for item in self.features
+            if item.sheet_limit
+        )
 
     def probed(self, name: str) -> tuple[str, ...]:
         """Return the probed features of a feature, probed or constructed."""

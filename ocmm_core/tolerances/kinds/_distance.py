@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ocmm_core.alignment import AnyAlignment, frame_of
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import DIRECTION, POINT, Shape
+from ocmm_core.features.shapes import DIRECTION, POINT, Fit, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances import zones
@@ -76,6 +77,86 @@ def _along(
     return float(point[axis]), slope
 
 
+def thickness(
+    characteristic: zones.Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: zones.Frames,
+) -> zones.Evaluation:
+    """Return the thickness of a sheet whose two sides were touched.
+
+    Square to the middle plane of the sides, amid the touches of both. FitError: the sides do not
+    face away from each other, are not parallel, or were touched at different places.
+    """
+    first, second = (actual[name] for name in characteristic.features)
+    if characteristic.association:
+        return distance_of_faces(characteristic, first, second)
+    names = " and ".join(characteristic.features)
+    _refuse_no_sheet(names, first.fit, second.fit)
+    sites = [zones.surface_points(face).points for face in (first, second)]
+    gaps = zones.gaps_between(first.fit.geometry, second.fit.geometry, np.concatenate(sites))
+    _refuse_places(names, sites, gaps)
+    shapes = {name: item.fit.shape for name, item in actual.items()}
+    found = spec.by_differences(
+        characteristic,
+        actual,
+        lambda moved: thickness_of_geometry(characteristic, moved, shapes, alignment),
+    )
+    note = f"{gaps.min():.3f} to {gaps.max():.3f} mm over the touched places."
+    return replace(found, note=note)
+
+
+def _refuse_no_sheet(names: str, one: Fit, other: Fit) -> None:
+    """Raise FitError unless two planes are the sides of a sheet with material between."""
+    opposite = float(-one.direction @ other.direction)
+    angle = float(np.degrees(np.arccos(np.clip(opposite, -1.0, 1.0))))
+    between = float((one.point - other.point) @ (one.direction - other.direction))
+    if opposite < 0.0:
+        what = f"{names} were touched from one side: they are not the two sides of a sheet."
+    elif between <= 0.0:
+        what = f"Between {names} is no material: they face each other."
+    elif angle > _MOST_WEDGE_DEG:
+        what = f"The sides {names} are not parallel: {angle:.1f}°."
+    else:
+        return
+    raise FitError(
+        "characteristic.no_sheet",
+        what,
+        "Name both sides of a sheet, each touched from outside. On a wedge take the distance of "
+        "one place from the other side.",
+    )
+
+
+def _refuse_places(names: str, sites: list[Float], gaps: Float) -> None:
+    """Raise FitError if two sides were touched at different places, or differ over them."""
+    middles = [site.mean(axis=0) for site in sites]
+    reach = max(np.linalg.norm(sites[i] - middles[i], axis=1).max() for i in range(2))
+    mean, vary = float(gaps.mean()), float(np.ptp(gaps))
+    beside = np.sqrt(max(float(np.sum((middles[1] - middles[0]) ** 2)) - mean**2, 0.0))
+    if beside <= reach and vary <= _MOST_VARIED * mean:
+        return
+    what = f"The touches of {names} are {beside:.1f} mm beside each other."
+    if beside <= reach:
+        what = f"The thickness between {names} varies by {vary:.3f} mm over the touched places."
+    raise FitError(
+        "characteristic.no_sheet",
+        what,
+        "Touch both sides at the same place, within some millimetres.",
+    )
+
+
+def thickness_of_geometry(
+    characteristic: zones.Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> float:
+    """Return the distance of two planes, mm, square to their middle plane amid their points."""
+    one, other = (geometries[name] for name in characteristic.features)
+    middle = 0.5 * (one[POINT] + other[POINT])
+    return abs(float(zones.gaps_between(one, other, middle[None])[0]))
+
+
 def distance_of_geometry(
     characteristic: zones.Characteristic,
     geometries: Mapping[str, Float],
@@ -138,6 +219,12 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
     return float(np.linalg.norm(arm))
 
 
+_MOST_WEDGE_DEG = 1.0
+"""Sides at a greater angle have no thickness."""
+_MOST_VARIED = 0.1
+"""Relative change of a thickness over the touched places, beyond which it has no one value."""
+
+
 def _refuse_folded(characteristic: zones.Characteristic, value: float) -> None:
     """Raise FitError at the fold of a distance, where differences make it appear certain."""
     if value < _SHORTEST_MM:
@@ -182,6 +269,17 @@ KINDS = (
         in_part=lambda item: item.axis != "",
         folds=True,
         below_u="The distance is smaller than its uncertainty.",
+    ),
+    spec.KindSpec(
+        name="thickness",
+        evaluate=thickness,
+        geometry=thickness_of_geometry,
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("Thickness"),
+        shapes=(Shape.PLANE,),
+        features=(2, 2),
+        association_fault=_faces_fault,
+        probed="all",
     ),
     spec.KindSpec(
         name="coordinate",
