@@ -60,6 +60,18 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
             later("Path points, mm"),
             later("Continuous probing: distance of the points; 0: single touches"),
         ),
+        "interval": (
+            later("Path by time, s"),
+            later("Continuous probing: least time between points; else 0"),
+        ),
+        "turn_deg": (
+            later("Path by turn, °"),
+            later("Continuous probing: change of direction between points; else 0"),
+        ),
+        "gates": (
+            later("Path by gates"),
+            later("Continuous probing: normal of the planes that give points; else 0 0 0"),
+        ),
         "sheet": (
             later("Sheet, mm"),
             later("Thickness between the touched side and that of the plan; else 0"),

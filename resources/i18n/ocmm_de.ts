@@ -5065,6 +5065,30 @@ Startet: {source}</translation>
         <translation>Scannen: Abstand der Punkte; 0: Einzelantastungen</translation>
     </message>
     <message>
+        <source>Path by time, s</source>
+        <translation>Bahn nach Zeit, s</translation>
+    </message>
+    <message>
+        <source>Continuous probing: least time between points; else 0</source>
+        <translation>Scannen: Mindestzeit zwischen Punkten; sonst 0</translation>
+    </message>
+    <message>
+        <source>Path by turn, °</source>
+        <translation>Bahn nach Drehung, °</translation>
+    </message>
+    <message>
+        <source>Continuous probing: change of direction between points; else 0</source>
+        <translation>Scannen: Richtungsänderung zwischen Punkten; sonst 0</translation>
+    </message>
+    <message>
+        <source>Path by gates</source>
+        <translation>Bahn nach Toren</translation>
+    </message>
+    <message>
+        <source>Continuous probing: normal of the planes that give points; else 0 0 0</source>
+        <translation>Scannen: Normale der Ebenen, die Punkte geben; sonst 0 0 0</translation>
+    </message>
+    <message>
         <source>Sheet, mm</source>
         <translation>Blech, mm</translation>
     </message>

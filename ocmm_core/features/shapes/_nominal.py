@@ -53,6 +53,13 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Circle only, least squares or minimum zone: fitted in space as one problem."""
     spacing: float = 0.0
     """Continuous probing: distance of the points along the path, mm; 0 for single touches."""
+    interval: float = 0.0
+    turn_deg: float = 0.0
+    """`interval`, `turn_deg`: Of a path: least time between points, s; points where it has changed
+    its direction by so much, and where it is straight ten times as far apart."""
+    gates: Vector3 = (0.0, 0.0, 0.0)
+    """Of a path: points where it crosses planes of this normal, part frame, ``spacing`` apart from
+    ``point``, the first time and in this direction only; zero without."""
     sheet: float = 0.0
     sheet_limit: float = 0.0
     """`sheet`, `sheet_limit`: mm: thickness of a sheet touched on the other side than that of the

@@ -81,8 +81,13 @@ def _only_for(shapes: Iterable[Shape]) -> str:
 def spacing_fault(feature: NominalFeature) -> str:
     """Return the fault of the point distance of a feature's paths; empty if none."""
     low, high = SPACINGS_MM
+    options = (bool(feature.interval), bool(feature.turn_deg), any(feature.gates))
     if feature.spacing == 0.0:
-        return ""
+        return "is missing: the options of paths go with it" if any(options) else ""
+    if sum(options) > 1:
+        return "goes with one of 'interval', 'turn_deg' and 'gates' only"
+    if not (0.0 <= feature.interval <= 10.0 and 0.0 <= feature.turn_deg <= 90.0):
+        return "goes with an 'interval' up to 10 s and a 'turn_deg' up to 90 degrees"
     if feature.shape not in WITH_PATHS:
         return _only_for(WITH_PATHS)
     if not low <= feature.spacing <= high:

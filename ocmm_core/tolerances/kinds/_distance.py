@@ -45,12 +45,7 @@ def distance(
         _refuse_folded(characteristic, abs(between))
         sign = -1.0 if between < 0.0 else 1.0
         return zones.Evaluation(abs(between), sign * (by_other - by_one), frame=frame.words)
-    shapes = {name: item.fit.shape for name, item in actual.items()}
-    found = spec.by_differences(
-        characteristic,
-        actual,
-        lambda moved: distance_of_geometry(characteristic, moved, shapes, alignment),
-    )
+    found = spec.by_geometry(characteristic, actual, alignment, distance_of_geometry)
     _refuse_folded(characteristic, found.value)
     return found
 
@@ -89,60 +84,50 @@ def thickness(
     face away from each other, are not parallel, or were touched at different places.
     """
     first, second = (actual[name] for name in characteristic.features)
-    if characteristic.association:
-        return distance_of_faces(characteristic, first, second)
-    names = " and ".join(characteristic.features)
-    _refuse_no_sheet(names, first.fit, second.fit)
     sites = [zones.surface_points(face).points for face in (first, second)]
     gaps = zones.gaps_between(first.fit.geometry, second.fit.geometry, np.concatenate(sites))
-    _refuse_places(names, sites, gaps)
-    shapes = {name: item.fit.shape for name, item in actual.items()}
-    found = spec.by_differences(
-        characteristic,
-        actual,
-        lambda moved: thickness_of_geometry(characteristic, moved, shapes, alignment),
-    )
+    names = " and ".join(characteristic.features)
+    local = bool(characteristic.association)
+    if fault := _no_sheet(names, first.fit, second.fit, sites, gaps, local=local):
+        raise FitError(
+            "characteristic.no_sheet",
+            fault,
+            "Name both sides of a sheet, each touched from outside at the same place. On a wedge "
+            "take the distance of one place from the other side.",
+        )
+    if characteristic.association:
+        return distance_of_faces(characteristic, first, second)
+    found = spec.by_geometry(characteristic, actual, alignment, thickness_of_geometry)
     note = f"{gaps.min():.3f} to {gaps.max():.3f} mm over the touched places."
     return replace(found, note=note)
 
 
-def _refuse_no_sheet(names: str, one: Fit, other: Fit) -> None:
-    """Raise FitError unless two planes are the sides of a sheet with material between."""
+def _no_sheet(
+    names: str, one: Fit, other: Fit, sites: list[Float], gaps: Float, *, local: bool
+) -> str:
+    """Return why two touched planes are not the sides of a sheet at one place; empty if so.
+
+    ``local``: for sizes between opposite points, which need no common place.
+    """
     opposite = float(-one.direction @ other.direction)
-    angle = float(np.degrees(np.arccos(np.clip(opposite, -1.0, 1.0))))
-    between = float((one.point - other.point) @ (one.direction - other.direction))
     if opposite < 0.0:
-        what = f"{names} were touched from one side: they are not the two sides of a sheet."
-    elif between <= 0.0:
-        what = f"Between {names} is no material: they face each other."
-    elif angle > _MOST_WEDGE_DEG:
-        what = f"The sides {names} are not parallel: {angle:.1f}°."
-    else:
-        return
-    raise FitError(
-        "characteristic.no_sheet",
-        what,
-        "Name both sides of a sheet, each touched from outside. On a wedge take the distance of "
-        "one place from the other side.",
-    )
-
-
-def _refuse_places(names: str, sites: list[Float], gaps: Float) -> None:
-    """Raise FitError if two sides were touched at different places, or differ over them."""
+        return f"{names} were touched from one side: they are not the two sides of a sheet."
+    if float((one.point - other.point) @ (one.direction - other.direction)) <= 0.0:
+        return f"Between {names} is no material: they face each other."
+    angle = float(np.degrees(np.arccos(min(opposite, 1.0))))
+    if angle > _MOST_WEDGE_DEG:
+        return f"The sides {names} are not parallel: {angle:.1f}°."
+    if local:
+        return ""
     middles = [site.mean(axis=0) for site in sites]
     reach = max(np.linalg.norm(sites[i] - middles[i], axis=1).max() for i in range(2))
     mean, vary = float(gaps.mean()), float(np.ptp(gaps))
     beside = np.sqrt(max(float(np.sum((middles[1] - middles[0]) ** 2)) - mean**2, 0.0))
-    if beside <= reach and vary <= _MOST_VARIED * mean:
-        return
-    what = f"The touches of {names} are {beside:.1f} mm beside each other."
-    if beside <= reach:
-        what = f"The thickness between {names} varies by {vary:.3f} mm over the touched places."
-    raise FitError(
-        "characteristic.no_sheet",
-        what,
-        "Touch both sides at the same place, within some millimetres.",
-    )
+    if beside > reach:
+        return f"The touches of {names} are {beside:.1f} mm beside each other."
+    if vary > _MOST_VARIED * mean:
+        return f"The thickness between {names} varies by {vary:.3f} mm over the touched places."
+    return ""
 
 
 def thickness_of_geometry(

@@ -239,6 +239,18 @@ def test_no_thickness_of_what_is_no_sheet(below: tuple[Float, Float], words: str
     assert caught.value.remedy
 
 
+def test_two_point_thickness_is_of_opposite_touches_and_never_a_gap() -> None:
+    least = asked("thickness", "TOP,BELOW", association="two-point minimum")
+    surface, normals = side(-THICK)
+    surface[2, 2] += 0.05
+    part = KnownPart().add("TOP", Shape.PLANE, side(0.0))
+    part.add("BELOW", Shape.PLANE, (surface, normals))
+    assert evaluate(least, part.actual(), None).value == pytest.approx(THICK - 0.05, abs=1e-3)
+    gap = KnownPart().add("TOP", Shape.PLANE, side(0.0)).add("BELOW", Shape.PLANE, side(THICK))
+    with pytest.raises(FitError, match="is no material"):
+        evaluate(least, gap.actual(), None)
+
+
 def test_no_thickness_that_varies_over_the_touched_places() -> None:
     """Half a degree over 60 mm is 0.5 mm of a sheet of 2.4 mm."""
     surface, normals = side(-THICK, size=60.0)
