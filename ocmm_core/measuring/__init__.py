@@ -16,7 +16,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_core.measuring._contributions import (
         CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, UNKNOWN_SKEW, Contribution, FeatureDoubt,
-        FrameDoubt, ProbeState, contributions, rigid_movement, with_skew,
+        FrameDoubt, ProbeState, contributions, with_skew,
     )  # fmt: skip
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
@@ -57,6 +57,6 @@ __all__ = [
     "colour_at", "contributions", "examine", "explain", "explain_reference", "factors_of",
     "factors_of_matrix", "joined_factors", "joint_factors", "label_verdict", "label_words",
     "map_range", "mechanics_words", "point_uncertainties", "point_uncertainty", "points_along",
-    "record_text", "reported_points", "rigid_movement", "root_of", "side_of", "spaced",
-    "systematic_covariance", "thinned", "touches_checked", "transported", "with_skew",
+    "record_text", "reported_points", "root_of", "side_of", "spaced", "systematic_covariance",
+    "thinned", "touches_checked", "transported", "with_skew",
 ]  # fmt: skip

@@ -286,15 +286,14 @@ def joint_factors(
     body: ProbeBody,
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
-    frame: FrameDoubt | None = None,
-    doubts: Sequence[FeatureDoubt] = (),
+    doubts: Sequence[FrameDoubt | FeatureDoubt] = (),
     root: Callable[[Float], Float] | None = None,
 ) -> PointFactors:
     """Return the factors of the covariance of all ball centres and the tip radius.
 
     Arguments as in `contributions`; ``root`` replaces `root_of`, for callers that cache results.
     """
-    parts = contributions(points, sensitivities, rig, body, contact, part, None, frame, doubts)
+    parts = contributions(points, sensitivities, rig, body, contact, part, None, doubts)
     return factors_of(parts, len(points), root)
 
 

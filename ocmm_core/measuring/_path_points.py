@@ -7,7 +7,7 @@ out and counted. A longer one may be a lifted ball or the surface itself: no fil
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -62,7 +62,7 @@ class Thinning:
     """rad: change of direction since the last point; a straight path has points farther apart."""
     gates: Float | None = None
     """(3,), unit, world: normal of parallel planes; a point where the ball first crosses one."""
-    start: Float | None = None
+    start: Float = field(default_factory=lambda: np.zeros(3))
     """(3,), mm, world: on one of the planes."""
 
 
@@ -72,7 +72,7 @@ def thinned(path: Float, time_s: Float, rule: Thinning) -> tuple[Int, float]:
     The way back is that against the direction of the gates, which gives no points.
     """
     if rule.gates is not None:
-        along = (path - (path[0] if rule.start is None else rule.start)) @ rule.gates
+        along = (path - rule.start) @ rule.gates
         passed = np.floor(np.maximum.accumulate(along) / rule.spacing)
         # Behind a part without contact the ball may be far beyond the plane.
         on = along - passed * rule.spacing < _WINDOW_MM

@@ -169,6 +169,10 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         ),
         "distance": (later("Distance, mm"), later("From the second centre, as certified")),
     },
+    "TappedHole": {
+        "features": (later("Features"), later("The gauge in the thread; the face of the hole")),
+        "play": (later("Play, mm"), later("Largest distance of the axes of gauge and thread")),
+    },
     "PartOf": {
         "features": (later("Feature"), later("One")),
         "part": (later("Part"), later("Surface, axis, centre; middle of a line")),

@@ -5289,6 +5289,18 @@ Startet: {source}</translation>
         <translation>Konstruktion</translation>
     </message>
     <message>
+        <source>The gauge in the thread; the face of the hole</source>
+        <translation>Die Lehre im Gewinde; die Fläche der Bohrung</translation>
+    </message>
+    <message>
+        <source>Play, mm</source>
+        <translation>Spiel, mm</translation>
+    </message>
+    <message>
+        <source>Largest distance of the axes of gauge and thread</source>
+        <translation>Größter Abstand der Achsen von Lehre und Gewinde</translation>
+    </message>
+    <message>
         <source>Surface, axis, centre; middle of a line</source>
         <translation>Oberfläche, Achse, Mitte; Mitte einer Geraden</translation>
     </message>

@@ -311,7 +311,8 @@ def fit_touches(nominal: NominalFeature, touches: Touches) -> Fit:
     return fit_shape(
         nominal.shape,
         touches.tips,
-        direction_hint=_sense(nominal, touches),
+        # A plane faces away from the material, towards the probe.
+        direction_hint=touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None,
         radius_hint=half_length + offset,
         second_hint=0.5 * nominal.width + offset,
         half_angle_hint=np.radians(0.5 * nominal.angle_deg) if nominal.angle_deg else None,
@@ -370,11 +371,6 @@ def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoi
         tip_radius=float(radii[0]) + nominal.sheet,
         along_path=any(point.approach == PATH for point in own),
     )
-
-
-def _sense(nominal: NominalFeature, touches: Touches) -> Float | None:
-    """Return the direction of a plane's normal: away from the material, towards the probe."""
-    return touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None
 
 
 def _projection_plane(

@@ -127,7 +127,7 @@ def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
             "of its centre line",
         )
     if feature.sheet and not spec.may_be_behind:
-        return "sheet", "is only for points, planes, spheres, cylinders and cones"
+        return "sheet", "is not for lines and outlines"
     if feature.sheet < 0.0 or (feature.sheet > 0.0) != (feature.sheet_limit > 0.0):
         return (
             "sheet_limit",

@@ -157,9 +157,7 @@ class ShapeSpec:
     @property
     def may_be_behind(self) -> bool:
         """Return whether a sheet can be touched on the other side than that of the plan."""
-        return self.ball in ("approach", "normal", "slanted") or (
-            self.is_radial and not self.is_flat
-        )
+        return not self.is_flat and self.ball != "beside"
 
     @property
     def is_axial(self) -> bool:

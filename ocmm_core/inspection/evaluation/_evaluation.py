@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ocmm_core.alignment import AlignmentReport, BoundAlignment, doubt_of, preview_alignment
+from ocmm_core.alignment import AlignmentReport, BoundAlignment, preview_alignment
 from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints, measured_of
@@ -97,7 +97,7 @@ class ValueGraph:
         def made(first: int) -> PointFactors:
             found = joint_factors(
                 points[first:], sensitivities[first:], self._rig, self._body, options.contact,
-                options.climate.part, doubt_of(facts.bound), facts.doubts, self._root,
+                options.climate.part, self._graph.plan.doubts, self._root,
             )  # fmt: skip
             places = np.array(numbers[first:], dtype=np.int64)
             order = np.argsort(places)
@@ -367,6 +367,6 @@ def alignment_of_points(
     reported = reported_points(points, options.climate.part)
     factors = joint_factors(
         reported, sensitivities, rig, body, options.contact, options.climate.part,
-        doubt_of(bound), plan.doubts,
+        plan.doubts,
     )  # fmt: skip
     return preview_alignment(bound, checked_features(plan, reported, options), factors)

@@ -46,7 +46,7 @@ from ocmm_core.inspection.evaluation._quarantine import (
     scatter_of,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import FeatureDoubt, MeasuredPoint, reported_points
+from ocmm_core.measuring import MeasuredPoint, reported_points
 from ocmm_core.tolerances.zones import Characteristic
 
 T = TypeVar("T")
@@ -102,7 +102,6 @@ class PlanFacts:
 
     by_name: Mapping[str, NominalFeature]
     bound: BoundAlignment | None
-    doubts: tuple[FeatureDoubt, ...]
     nominals: Mapping[str, Float]
     """Geometry vectors (12,) of all features, by name."""
     constructions: Sequence[Construction]
@@ -118,7 +117,6 @@ class PlanFacts:
         return cls(
             {item.name: item for item in plan.features},
             plan.bound_alignment,
-            plan.doubts,
             nominal_geometries(plan.features, plan.constructions),
             in_order(plan.constructions),
             tuple(item.name for item in plan.features),

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 
-from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
+from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault, doubt_of
 from ocmm_core.calibration.probe_design import MaterialExpansion
 from ocmm_core.documents import Document, load_with_text, shortened, stays_inside
 from ocmm_core.errors import InputError
@@ -28,7 +28,7 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
-from ocmm_core.measuring import Climate, FeatureDoubt, check_part
+from ocmm_core.measuring import Climate, FeatureDoubt, FrameDoubt, check_part
 from ocmm_core.names import label_fault, name_fault, normal_text
 from ocmm_core.part_model import model_endings
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
@@ -84,10 +84,9 @@ def spacing_fault(feature: NominalFeature) -> str:
     options = (bool(feature.interval), bool(feature.turn_deg), any(feature.gates))
     if feature.spacing == 0.0:
         return "is missing: the options of paths go with it" if any(options) else ""
-    if sum(options) > 1:
-        return "goes with one of 'interval', 'turn_deg' and 'gates' only"
-    if not (0.0 <= feature.interval <= 10.0 and 0.0 <= feature.turn_deg <= 90.0):
-        return "goes with an 'interval' up to 10 s and a 'turn_deg' up to 90 degrees"
+    allowed = 0.0 <= feature.interval <= 10.0 and 0.0 <= feature.turn_deg <= 90.0
+    if sum(options) > 1 or not allowed:
+        return "goes with one of: 'interval' to 10 s, 'turn_deg' to 90 degrees, 'gates'"
     if feature.shape not in WITH_PATHS:
         return _only_for(WITH_PATHS)
     if not low <= feature.spacing <= high:
@@ -230,13 +229,15 @@ class Plan(Document, frozen=True, kw_only=True):
         return BoundAlignment(self.alignment, self.shapes, nominals)
 
     @property
-    def doubts(self) -> tuple[FeatureDoubt, ...]:
-        """Return the uncertainty of sheets between the touched side and that of the plan."""
-        # Uniform within the limit.
-        return tuple(
-            FeatureDoubt(item.name, along=item.sheet_limit / np.sqrt(3.0))
-            for item in self.features
-            if item.sheet_limit
+    def doubts(self) -> tuple[FrameDoubt | FeatureDoubt, ...]:
+        """Return the uncertainty of a saved frame, of sheets, and of gauges in threads."""
+        # Uniform within the limit, and in a circle of that radius.
+        sheets = [one for one in self.features if one.sheet_limit]
+        holes = [one for one in self.constructions if isinstance(one, measured.TappedHole)]
+        return (
+            *filter(None, [doubt_of(self.alignment)]),
+            *(FeatureDoubt(one.name, one.sheet_limit / np.sqrt(3.0)) for one in sheets),
+            *(FeatureDoubt(one.features[0], 0.5 * one.play, of_gauge=True) for one in holes),
         )
 
     def probed(self, name: str) -> tuple[str, ...]:

@@ -80,8 +80,7 @@ def thickness(
 ) -> zones.Evaluation:
     """Return the thickness of a sheet whose two sides were touched.
 
-    Square to the middle plane of the sides, amid the touches of both. FitError: the sides do not
-    face away from each other, are not parallel, or were touched at different places.
+    Square to the middle plane of the sides, amid the touches of both. FitError as `_no_sheet`.
     """
     first, second = (actual[name] for name in characteristic.features)
     sites = [zones.surface_points(face).points for face in (first, second)]

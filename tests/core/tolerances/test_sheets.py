@@ -19,10 +19,11 @@ from ocmm_core.features.measured import (
 from ocmm_core.features.shapes import DIRECTION, POINT, NominalFeature, Shape, shape_fault
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan, step_fault
-from ocmm_core.measuring import MeasuredPoint, PointFactors
+from ocmm_core.measuring import FeatureDoubt, MeasuredPoint, PointFactors
 from ocmm_core.tolerances.decisions import evaluate_all
 from ocmm_core.tolerances.kinds import evaluate
-from tests.core.features.exact_touches import nudged
+from tests.core.features.exact_touches import nudged, shape_nominal, shape_touches
+from tests.core.features.shape_samples import RADIUS, SECOND
 from tests.core.tolerances.known_part import PLACES, KnownPart, asked, motion, ring
 from tests.host import looser
 
@@ -266,6 +267,18 @@ def behind(limit: float) -> NominalFeature:
     return msgspec.structs.replace(sheet().nominals[0], sheet=THICK, sheet_limit=limit)
 
 
+def test_the_other_side_of_a_bent_tube_is_thinner() -> None:
+    tube = shape_nominal("TUBE", Shape.TORUS, "outer")
+    points = shape_touches("TUBE", Shape.TORUS, "outer", PLACES[1])
+    for sheet_mm in (0.0, 0.5):
+        behind_it = msgspec.structs.replace(tube, sheet=sheet_mm, sheet_limit=0.1 * sheet_mm)
+        assert shape_fault(behind_it) is None
+        found = actual_features([behind_it], points)["TUBE"]
+        assert isinstance(found, ActualFeature)
+        assert found.fit.second == pytest.approx(SECOND - sheet_mm, abs=1e-9)
+        assert found.fit.radius == pytest.approx(RADIUS, abs=1e-9)
+
+
 @pytest.mark.parametrize("shape", [Shape.PLANE, Shape.CYLINDER])
 def test_the_other_side_of_a_sheet_is_where_it_lies(shape: Shape) -> None:
     part = KnownPart(PLACES[1])
@@ -285,6 +298,7 @@ def test_the_limit_of_a_sheet_is_in_the_u_of_its_other_side_alone() -> None:
         features=[behind(0.1), sheet().nominals[1]],
     )  # fmt: skip
     (doubt,) = plan.doubts
+    assert isinstance(doubt, FeatureDoubt)
     points = sheet().points[:12]
     part = doubt.contribution(points)
     exact = actual_features(plan.features, points)
