@@ -15,7 +15,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.measuring._contributions import (
-        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, UNKNOWN_SKEW, Contribution, FeatureDoubt,
+        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, UNKNOWN_SKEW, Contribution, FeatureUncertainty,
         FrameDoubt, ProbeState, contributions, with_skew,
     )  # fmt: skip
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
@@ -49,10 +49,10 @@ else:
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "PATH",
     "TIP_RADIUS", "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck",
-    "DeviationRows", "Examination", "FeatureDoubt", "FrameDoubt", "MeasuredPoint", "Mechanics",
-    "NoiseRatio", "PartTemperature", "Path", "PathCollector", "PathPoints", "PathProgress",
-    "PathSurface", "PointFactors", "PointOptions", "ProbeReport", "ProbeState", "Refusal",
-    "RefusalCode", "Rows", "Side", "StablePoint", "Thinning", "Touch", "TouchCollector",
+    "DeviationRows", "Examination", "FeatureUncertainty", "FrameDoubt", "MeasuredPoint",
+    "Mechanics", "NoiseRatio", "PartTemperature", "Path", "PathCollector", "PathPoints",
+    "PathProgress", "PathSurface", "PointFactors", "PointOptions", "ProbeReport", "ProbeState",
+    "Refusal", "RefusalCode", "Rows", "Side", "StablePoint", "Thinning", "Touch", "TouchCollector",
     "TouchNoise", "approach_direction", "average", "check_noise", "check_part", "climate_of_text",
     "colour_at", "contributions", "examine", "explain", "explain_reference", "factors_of",
     "factors_of_matrix", "joined_factors", "joint_factors", "label_verdict", "label_words",

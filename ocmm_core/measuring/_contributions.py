@@ -187,7 +187,7 @@ class FrameDoubt:
 
 
 @dataclass(frozen=True, slots=True)
-class FeatureDoubt:
+class FeatureUncertainty:
     """Uncertainty common to all points of a feature."""
 
     feature: str
@@ -217,7 +217,7 @@ def contributions(
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
     probe: ProbeState | None = None,
-    doubts: Sequence[FrameDoubt | FeatureDoubt] = (),
+    common: Sequence[FrameDoubt | FeatureUncertainty] = (),
 ) -> tuple[Contribution, ...]:
     """Return all parts of the joint covariance of ``points``.
 
@@ -234,8 +234,8 @@ def contributions(
     probe
         Separates temperature and weight of the probe from its calibration; without it they are one
         part, with the same sum.
-    doubts
-        Those of the plan: of a saved frame, of sheets and gauges.
+    common
+        Uncertainties in the plan: of a saved frame, of sheets and gauges.
     """
     count = len(points)
     radius = np.zeros((3 * count + 1, 1))
@@ -254,7 +254,7 @@ def contributions(
         moved = scale_movement(points)[:, None]
         found.append(Contribution(PART, moved, np.array([[part.scale_sigma**2]])))
     found = _by_thermometer(found, points, rig, body, part)
-    found += [doubt.contribution(points) for doubt in doubts]
+    found += [one.contribution(points) for one in common]
     return tuple(found)
 
 

@@ -61,7 +61,7 @@ class Thinning:
     turn: float = 0.0
     """rad: change of direction since the last point; a straight path has points farther apart."""
     gates: Float | None = None
-    """(3,), unit, world: normal of parallel planes; a point where the ball first crosses one."""
+    """(3,), unit, world: normal of parallel planes; the first crossing of each gives a point."""
     start: Float = field(default_factory=lambda: np.zeros(3))
     """(3,), mm, world: on one of the planes."""
 

@@ -223,10 +223,7 @@ def _actual(
 
 
 def _edge(nominal: NominalFeature, touches: Touches, plane: ActualFeature) -> ActualFeature:
-    """Return a line on the side of a sheet, seen along the normal of its face.
-
-    The heights of the touches do not matter as long as the ball touches the side, not a corner.
-    """
+    """Return a line on the side of a sheet, seen along the normal of its face; or FitError."""
     normal = plane.fit.direction
     heights = (touches.tips - plane.fit.point) @ normal
     beyond = np.maximum(heights, -nominal.width - heights)
@@ -254,7 +251,7 @@ def _edge(nominal: NominalFeature, touches: Touches, plane: ActualFeature) -> Ac
 def flattened(nominal: NominalFeature, touches: Touches, normal: Float) -> Touches:
     """Return touches at their mean height along a normal, with approaches square to it.
 
-    FitError if one came from above rather than from beside, or all are at one place.
+    FitError if one came from above rather than from the side, or all are at one place.
     """
     away = touches.tips - touches.tips.mean(axis=0)
     tips = touches.tips - np.outer(away @ normal, normal)
@@ -264,7 +261,7 @@ def flattened(nominal: NominalFeature, touches: Touches, normal: Float) -> Touch
         number = touches.numbers[int(lengths.argmin())]
         raise FitError(
             "feature.no_side",
-            f"Point {number} of {nominal.name} was approached from above, not from beside.",
+            f"Point {number} of {nominal.name} was approached from above, not from the side.",
             "Approach the edge along the sheet, square to the edge.",
         )
     longest = float(np.linalg.norm(tips - tips[0], axis=1).max())
@@ -367,7 +364,7 @@ def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoi
         places=tuple(place for place, _ in touched),
         tips=np.array([point.tip_world for point in own], dtype=np.float64),
         directions=np.array([point.direction for point in own], dtype=np.float64),
-        # The other side of a sheet is where a larger ball would touch.
+        # A ball larger by the thickness would touch the other side of the sheet.
         tip_radius=float(radii[0]) + nominal.sheet,
         along_path=any(point.approach == PATH for point in own),
     )

@@ -55,11 +55,11 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Continuous probing: distance of the points along the path, mm; 0 for single touches."""
     interval: float = 0.0
     turn_deg: float = 0.0
-    """`interval`, `turn_deg`: Of a path: least time between points, s; points where it has changed
-    its direction by so much, and where it is straight ten times as far apart."""
+    """`interval`, `turn_deg`: Of a path: least time between points, s; change of direction between
+    points, which are ten times as far apart on a straight path."""
     gates: Vector3 = (0.0, 0.0, 0.0)
-    """Of a path: points where it crosses planes of this normal, part frame, ``spacing`` apart from
-    ``point``, the first time and in this direction only; zero without."""
+    """Of a path: normal, part frame, of planes ``spacing`` apart from ``point``; the first crossing
+    of each in this direction gives a point. Zero without."""
     sheet: float = 0.0
     sheet_limit: float = 0.0
     """`sheet`, `sheet_limit`: mm: thickness of a sheet touched on the other side than that of the

@@ -97,7 +97,7 @@ class ValueGraph:
         def made(first: int) -> PointFactors:
             found = joint_factors(
                 points[first:], sensitivities[first:], self._rig, self._body, options.contact,
-                options.climate.part, self._graph.plan.doubts, self._root,
+                options.climate.part, self._graph.plan.common_uncertainties, self._root,
             )  # fmt: skip
             places = np.array(numbers[first:], dtype=np.int64)
             order = np.argsort(places)
@@ -367,6 +367,6 @@ def alignment_of_points(
     reported = reported_points(points, options.climate.part)
     factors = joint_factors(
         reported, sensitivities, rig, body, options.contact, options.climate.part,
-        plan.doubts,
+        plan.common_uncertainties,
     )  # fmt: skip
     return preview_alignment(bound, checked_features(plan, reported, options), factors)

@@ -194,7 +194,7 @@ def _named(nominal: NominalFeature, count: int) -> Places | None:
     if not nominal.targets:
         return None
     points = np.array(nominal.targets)
-    # Radius 0: distance from the surface itself, on whichever side of a sheet.
+    # Radius 0: distance from the surface of the plan, also behind a sheet.
     found = [nearness(nominal, point, -nominal.sheet) for point in points]
     if not all(one.gap <= _ON_IT_MM for one in found):
         return None

@@ -28,7 +28,7 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
-from ocmm_core.measuring import Climate, FeatureDoubt, FrameDoubt, check_part
+from ocmm_core.measuring import Climate, FeatureUncertainty, FrameDoubt, check_part
 from ocmm_core.names import label_fault, name_fault, normal_text
 from ocmm_core.part_model import model_endings
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
@@ -229,15 +229,15 @@ class Plan(Document, frozen=True, kw_only=True):
         return BoundAlignment(self.alignment, self.shapes, nominals)
 
     @property
-    def doubts(self) -> tuple[FrameDoubt | FeatureDoubt, ...]:
+    def common_uncertainties(self) -> tuple[FrameDoubt | FeatureUncertainty, ...]:
         """Return the uncertainty of a saved frame, of sheets, and of gauges in threads."""
         # Uniform within the limit, and in a circle of that radius.
         sheets = [one for one in self.features if one.sheet_limit]
         holes = [one for one in self.constructions if isinstance(one, measured.TappedHole)]
         return (
             *filter(None, [doubt_of(self.alignment)]),
-            *(FeatureDoubt(one.name, one.sheet_limit / np.sqrt(3.0)) for one in sheets),
-            *(FeatureDoubt(one.features[0], 0.5 * one.play, of_gauge=True) for one in holes),
+            *(FeatureUncertainty(one.name, one.sheet_limit / np.sqrt(3.0)) for one in sheets),
+            *(FeatureUncertainty(one.features[0], 0.5 * one.play, of_gauge=True) for one in holes),
         )
 
     def probed(self, name: str) -> tuple[str, ...]:

@@ -136,7 +136,7 @@ class PathIntake:
         if rule is None:
             return refused(
                 RefusalCode.NO_APPROACH,
-                f"Where the gates of {feature.name} lie is unknown: the part frame is not "
+                f"The places of the gates of {feature.name} are unknown: the part frame is not "
                 "measured yet.",
                 "Measure the datum features first, or leave out 'gates' in the plan.",
             )

@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.alignment import AnyAlignment, frame_of
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import DIRECTION, POINT, Fit, Shape
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances import zones
@@ -78,16 +78,16 @@ def thickness(
     alignment: AnyAlignment | None,
     frames: zones.Frames,
 ) -> zones.Evaluation:
-    """Return the thickness of a sheet whose two sides were touched.
-
-    Square to the middle plane of the sides, amid the touches of both. FitError as `_no_sheet`.
-    """
+    """Return the thickness of a sheet amid the touches of both sides; FitError: no sheet there."""
     first, second = (actual[name] for name in characteristic.features)
-    sites = [zones.surface_points(face).points for face in (first, second)]
-    gaps = zones.gaps_between(first.fit.geometry, second.fit.geometry, np.concatenate(sites))
     names = " and ".join(characteristic.features)
-    local = bool(characteristic.association)
-    if fault := _no_sheet(names, first.fit, second.fit, sites, gaps, local=local):
+    geometries = first.fit.geometry, second.fit.geometry
+    fault, gaps = _no_sheet(names, *geometries), np.zeros(1)
+    if not fault and not characteristic.association:
+        sites = [zones.surface_points(face).points for face in (first, second)]
+        gaps = zones.gaps_between(*geometries, np.concatenate(sites))
+        fault = _no_place(names, sites, gaps)
+    if fault:
         raise FitError(
             "characteristic.no_sheet",
             fault,
@@ -101,29 +101,25 @@ def thickness(
     return replace(found, note=note)
 
 
-def _no_sheet(
-    names: str, one: Fit, other: Fit, sites: list[Float], gaps: Float, *, local: bool
-) -> str:
-    """Return why two touched planes are not the sides of a sheet at one place; empty if so.
-
-    ``local``: for sizes between opposite points, which need no common place.
-    """
-    opposite = float(-one.direction @ other.direction)
+def _no_sheet(names: str, one: Float, other: Float) -> str:
+    """Return why two planes are not the sides of a sheet; empty if they are."""
+    opposite = float(-one[DIRECTION] @ other[DIRECTION])
     if opposite < 0.0:
-        return f"{names} were touched from one side: they are not the two sides of a sheet."
-    if float((one.point - other.point) @ (one.direction - other.direction)) <= 0.0:
-        return f"Between {names} is no material: they face each other."
+        return f"{names} face the same way: they are not the two sides of a sheet."
+    if float((one[POINT] - other[POINT]) @ (one[DIRECTION] - other[DIRECTION])) <= 0.0:
+        return f"{names} face each other: no material lies between."
     angle = float(np.degrees(np.arccos(min(opposite, 1.0))))
-    if angle > _MOST_WEDGE_DEG:
-        return f"The sides {names} are not parallel: {angle:.1f}°."
-    if local:
-        return ""
+    return f"{names} are not parallel: {angle:.1f}°." if angle > _MOST_WEDGE_DEG else ""
+
+
+def _no_place(names: str, sites: list[Float], gaps: Float) -> str:
+    """Return why two sides were not touched at one place; empty if they were."""
     middles = [site.mean(axis=0) for site in sites]
     reach = max(np.linalg.norm(sites[i] - middles[i], axis=1).max() for i in range(2))
     mean, vary = float(gaps.mean()), float(np.ptp(gaps))
-    beside = np.sqrt(max(float(np.sum((middles[1] - middles[0]) ** 2)) - mean**2, 0.0))
-    if beside > reach:
-        return f"The touches of {names} are {beside:.1f} mm beside each other."
+    apart = np.sqrt(max(float(np.sum((middles[1] - middles[0]) ** 2)) - mean**2, 0.0))
+    if apart > reach:
+        return f"The touches of {names} are {apart:.1f} mm apart along the sheet."
     if vary > _MOST_VARIED * mean:
         return f"The thickness between {names} varies by {vary:.3f} mm over the touched places."
     return ""
@@ -227,6 +223,12 @@ def _faces_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     return two_point_fault(asked)
 
 
+def _sides_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
+    if not _no_sheet("", *(asked.nominals[name] for name in asked.item.features)):
+        return None
+    return "features", "names no sheet, which is two opposite planes with material between"
+
+
 def _axis_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     return None if asked.item.axis else ("axis", "is missing: a coordinate is x, y or z")
 
@@ -263,6 +265,7 @@ KINDS = (
         shapes=(Shape.PLANE,),
         features=(2, 2),
         association_fault=_faces_fault,
+        checks=(_sides_fault,),
         probed="all",
     ),
     spec.KindSpec(

@@ -101,6 +101,7 @@ def honest(number: int) -> Plan:
         item("apex", "angle", "CONE", nominal=60.0, lower=-0.5, upper=0.5),
         item("square", "angle", "TOP LEFT", nominal=90.0, lower=-0.2, upper=0.2),
         item("high", "distance", "TOP BASE", nominal=height, lower=-0.1),
+        item("thick", "thickness", "TOP BASE", nominal=height, lower=-0.1),
         item("apart", "distance", "", nominal=round(x2 - x1, 4), lower=-0.1),
         item("off", "distance", "LEFT", nominal=x2, lower=-0.1),
         item("flat", "form", "TOP"),

@@ -1,4 +1,4 @@
-"""Sheets: trimmed edges, thickness from both sides, and what has neither."""
+"""Sheets: trimmed edges, thickness from both sides, and refusals."""
 
 from __future__ import annotations
 
@@ -16,12 +16,19 @@ from ocmm_core.features.measured import (
     actual_features,
     constructed_features,
 )
-from ocmm_core.features.shapes import DIRECTION, POINT, NominalFeature, Shape, shape_fault
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    POINT,
+    NominalFeature,
+    Shape,
+    nominal_geometry,
+    shape_fault,
+)
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan, step_fault
-from ocmm_core.measuring import FeatureDoubt, MeasuredPoint, PointFactors
+from ocmm_core.measuring import FeatureUncertainty, MeasuredPoint, PointFactors
 from ocmm_core.tolerances.decisions import evaluate_all
-from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.kinds import characteristic_fault, evaluate
 from tests.core.features.exact_touches import nudged, shape_nominal, shape_touches
 from tests.core.features.shape_samples import RADIUS, SECOND
 from tests.core.tolerances.known_part import PLACES, KnownPart, asked, motion, ring
@@ -228,9 +235,9 @@ def _tilted(degrees: float) -> tuple[Float, Float]:
     ("below", "words"),
     [
         (_tilted(1.6), r"not parallel: 1\.6°"),
-        ((side(-THICK)[0], -side(-THICK)[1]), "touched from one side"),
-        (side(THICK), "is no material"),
-        (side(-THICK, at=60.0), "40.0 mm beside each other"),
+        ((side(-THICK)[0], -side(-THICK)[1]), "face the same way"),
+        (side(THICK), "no material lies between"),
+        (side(-THICK, at=60.0), "40.0 mm apart along the sheet"),
     ],
 )
 def test_no_thickness_of_what_is_no_sheet(below: tuple[Float, Float], words: str) -> None:
@@ -248,8 +255,37 @@ def test_two_point_thickness_is_of_opposite_touches_and_never_a_gap() -> None:
     part.add("BELOW", Shape.PLANE, (surface, normals))
     assert evaluate(least, part.actual(), None).value == pytest.approx(THICK - 0.05, abs=1e-3)
     gap = KnownPart().add("TOP", Shape.PLANE, side(0.0)).add("BELOW", Shape.PLANE, side(THICK))
-    with pytest.raises(FitError, match="is no material"):
+    with pytest.raises(FitError, match="no material lies between"):
         evaluate(least, gap.actual(), None)
+
+
+def test_exactly_equal_directions_are_no_sheet() -> None:
+    part = KnownPart(motion(0.0, 0.0, 0.0)).add("TOP", Shape.PLANE, side(0.0))
+    part.add("BELOW", Shape.PLANE, (side(0.0)[0] - [0.0, 0.0, THICK], side(0.0)[1]))
+    with pytest.raises(FitError, match="face the same way"):
+        evaluate(CHARACTERISTICS[0], part.actual(), None)
+
+
+@pytest.mark.parametrize(
+    ("direction", "point", "fails"),
+    [
+        ((0, 0, 1), (0, 0, -2), True),
+        ((0, 0, -1), (0, 0, 2), True),
+        ((0, 0.1, -1), (0, 0, -2), True),
+        ((0, 0, -1), (0, 0, -2), False),
+    ],
+)
+def test_a_plan_with_two_planes_that_are_no_sheet_is_refused(
+    direction: tuple[float, float, float], point: tuple[float, float, float], fails: bool
+) -> None:
+    top, below = sheet().nominals[:2]
+    below = msgspec.structs.replace(below, direction=direction, point=point)
+    nominals = {one.name: nominal_geometry(one) for one in (top, below)}
+    shapes = dict.fromkeys(nominals, Shape.PLANE)
+    fault = characteristic_fault(CHARACTERISTICS[0], shapes, nominals, list(shapes), aligned=False)
+    assert (fault is not None) == fails
+    if fault is not None:
+        assert fault[0] == "features"
 
 
 def test_no_thickness_that_varies_over_the_touched_places() -> None:
@@ -297,10 +333,10 @@ def test_the_limit_of_a_sheet_is_in_the_u_of_its_other_side_alone() -> None:
         schema="ocmm.plan/1", unit="mm", name="P", part="P", characteristics=[],
         features=[behind(0.1), sheet().nominals[1]],
     )  # fmt: skip
-    (doubt,) = plan.doubts
-    assert isinstance(doubt, FeatureDoubt)
+    (share,) = plan.common_uncertainties
+    assert isinstance(share, FeatureUncertainty)
     points = sheet().points[:12]
-    part = doubt.contribution(points)
+    part = share.contribution(points)
     exact = actual_features(plan.features, points)
     top, below = exact["TOP"], exact["BELOW"]
     assert isinstance(top, ActualFeature)

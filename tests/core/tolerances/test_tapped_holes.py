@@ -1,4 +1,4 @@
-"""Tapped holes by a gauge screwed in: centre in the face, play in U, and what is no gauge."""
+"""Tapped holes by a gauge screwed in: centre in the face, play in U, refusals."""
 
 from __future__ import annotations
 
@@ -111,8 +111,8 @@ def planned(part: KnownPart, play: float = PLAY) -> Plan:
 
 def test_the_play_moves_the_hole_and_nothing_else() -> None:
     part = gauged()
-    (doubt,) = planned(part).doubts
-    share = doubt.contribution(part.points)
+    (play,) = planned(part).common_uncertainties
+    share = play.contribution(part.points)
     actual = hole_of(part)
     moved = share.covariance_of(actual["HOLE"].jacobian[POINT])
     in_face = np.eye(3) - np.outer(actual["FACE"].fit.direction, actual["FACE"].fit.direction)
@@ -138,7 +138,7 @@ def test_u_of_a_tapped_hole_holds_the_truth(
     parts = [
         Contribution(IMAGE_NOISE, own=np.tile(0.003**2 * np.eye(3), (count, 1, 1))),
         Contribution(TIP_RADIUS, radius, np.array([[0.002**2]])),
-        *(doubt.contribution(part.points) for doubt in planned(part, play).doubts),
+        *(one.contribution(part.points) for one in planned(part, play).common_uncertainties),
     ]
     factors = factors_of(parts, count)
     item = asked("distance", "HOLE,WALL", nominal=20.0, lower=-0.1)
