@@ -25,7 +25,7 @@ _HOP_MM = 0.02
 _LIFT_MM = 0.03
 """The same above the whole path, if beyond its form."""
 MOST_POINTS = 2000
-"""Of one path: a longer one has them farther apart."""
+"""Of one path: a longer one has them a multiple of the spacing apart."""
 _LONGEST_STRAIGHT = 10
 """Multiple of the spacing after which a straight path has a point as well."""
 _LEAST_CHORD_MM = 0.2
@@ -67,10 +67,7 @@ class Thinning:
 
 
 def thinned(path: Float, time_s: Float, rule: Thinning) -> tuple[Int, float]:
-    """Return the indices along a path (n, 3), mm, that become points, and the way back, mm.
-
-    The way back is that against the direction of the gates, which gives no points.
-    """
+    """Return the indices of a path (n, 3), mm, that become points, and the way against gates."""
     if rule.gates is not None:
         along = (path - rule.start) @ rule.gates
         passed = np.floor(np.maximum.accumulate(along) / rule.spacing)
@@ -206,7 +203,8 @@ def points_along(
     places = np.flatnonzero(usable)
     back = 0.0
     if len(places):
-        rule = replace(rule, spacing=max(rule.spacing, whole / MOST_POINTS))
+        times = max(np.ceil(whole / MOST_POINTS / rule.spacing), 1.0)
+        rule = replace(rule, spacing=times * rule.spacing)
         kept, back = thinned(line[places], ticks.time_s[places], rule)
         places = places[kept]
     windows = [_window(line, usable, index, 0.5 * _WINDOW_MM) for index in places.tolist()]

@@ -16,6 +16,7 @@ from ocmm_core.measuring import (
     PathPoints,
     PathSurface,
     Thinning,
+    _path_points,
     points_along,
     thinned,
     transported,
@@ -266,3 +267,21 @@ def test_gates_passed_without_contact_give_no_point() -> None:
     chosen, _ = thinned(path[seen], time_s[seen], rule)
     expected = [0, 2, 4, 10, 12, 14, 16, 18, 20]
     assert path[seen][chosen, 0] == pytest.approx(expected, abs=0.06)
+
+
+def test_a_long_path_keeps_its_gates_on_the_planes_of_the_plan(
+    tracked: Tracked, scatter: Callable[..., Float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a path of more than 2,000 points; of fewer here, to be quick."""
+    monkeypatch.setattr(_path_points, "MOST_POINTS", 10)
+    tips = scatter(np.random.default_rng(2), 15_000)
+    tips[:, 0] += 30.0 * PERIOD_S * np.arange(15_000)
+    (path,) = paths_of(pressed(tracked, tips), [])
+    assert path.ticks is not None
+    count = len(path.ticks)
+    flat = PathSurface(np.tile([0.0, 0.0, 1.0], (count, 1)), np.zeros(count))
+    found = points_along(path.ticks, flat, Thinning(2.0, gates=np.array([1.0, 0.0, 0.0])))
+    places = np.array([one.tip_world[0] for one in found.stations])
+    # 45 mm in at most 10 points: each third of the planes.
+    assert len(places) >= 7
+    assert places == pytest.approx(6.0 * np.round(places / 6.0), abs=0.2)
