@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -29,6 +30,7 @@ from ocmm_core.inspection.plan import Plan, step_fault
 from ocmm_core.measuring import FeatureUncertainty, MeasuredPoint, PointFactors
 from ocmm_core.tolerances.decisions import evaluate_all
 from ocmm_core.tolerances.kinds import characteristic_fault, evaluate
+from ocmm_core.tolerances.uncertainty import form_samples
 from tests.core.features.exact_touches import nudged, shape_nominal, shape_touches
 from tests.core.features.shape_samples import RADIUS, SECOND
 from tests.core.tolerances.known_part import PLACES, KnownPart, asked, motion, ring
@@ -245,6 +247,38 @@ def test_no_thickness_of_what_is_no_sheet(below: tuple[Float, Float], words: str
     with pytest.raises(FitError, match=words) as caught:
         evaluate(CHARACTERISTICS[0], part.actual(), None)
     assert caught.value.remedy
+
+
+def test_the_thickness_of_a_wedge_is_that_amid_the_touches() -> None:
+    part = KnownPart().add("TOP", Shape.PLANE, side(0.0)).add("BELOW", Shape.PLANE, _tilted(0.8))
+    places = np.concatenate([side(0.0)[0], _tilted(0.8)[0]])
+    slope = np.tan(np.radians(0.8))
+    # The lower side falls along x about x = 20; half of its tilt shortens the path by its square.
+    expected = THICK + slope * float(places[:, 0].mean() - 20.0)
+    found = evaluate(CHARACTERISTICS[0], part.actual(), None)
+    assert found.value == pytest.approx(expected, abs=3e-4)
+    low, high = (float(word) for word in re.findall(r"[0-9]\.[0-9]{3}", found.note)[:2])
+    over = THICK + slope * (places[:, 0] - 20.0)
+    assert [low, high] == pytest.approx([over.min(), over.max()], abs=1e-3)
+
+
+def test_form_of_an_edge_is_that_across_it() -> None:
+    part = sheet((0.3, 2.0, 0.9, 1.4, 0.5, 1.8))
+    across = part.place.rotation[:, 0]
+    waves = iter([0.01, -0.02, 0.015, 0.0, -0.01, 0.02])
+    points = [
+        replace(one, tip_world=one.tip_world + next(waves) * across)
+        if one.feature == "EDGE"
+        else one
+        for one in part.points
+    ]
+    edge = everything(part, points)["EDGE"]
+    tiny = PointFactors(np.zeros((3 * len(points) + 1, 0)), np.tile(1e-12 * np.eye(3), (18, 1, 1)))
+    (sample,) = form_samples({"EDGE": edge}, tiny)
+    assert edge.fit.residuals @ edge.fit.residuals > 5e-4
+    assert sample.degrees == 4
+    assert sample.variance == pytest.approx(edge.fit.residuals @ edge.fit.residuals / 4, rel=1e-6)
+    assert abs(sample.normals[:, :, 0] @ across) == pytest.approx(np.ones(6), abs=1e-4)
 
 
 def test_two_point_thickness_is_of_opposite_touches_and_never_a_gap() -> None:
