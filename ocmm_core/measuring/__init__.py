@@ -15,8 +15,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.measuring._contributions import (
-        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, UNKNOWN_SKEW, Contribution, FrameDoubt, ProbeState,
-        contributions, rigid_movement, with_skew,
+        CAMERAS, FRAME, IMAGE_NOISE, TIP_RADIUS, UNKNOWN_SKEW, Contribution, FeatureUncertainty,
+        FrameDoubt, ProbeState, contributions, with_skew,
     )  # fmt: skip
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.measuring._path import Path, PathCollector
     from ocmm_core.measuring._path_points import (
-        PathPoints, PathSurface, points_along, spaced, transported,
+        PathPoints, PathSurface, Thinning, points_along, spaced, thinned, transported,
     )  # fmt: skip
     from ocmm_core.measuring._point import PATH, MeasuredPoint, PathProgress, Refusal, RefusalCode
     from ocmm_core.measuring._probe_report import (
@@ -49,14 +49,14 @@ else:
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "PATH",
     "TIP_RADIUS", "UNKNOWN_SKEW", "BudgetTerm", "Climate", "Contribution", "DayCheck",
-    "DeviationRows", "Examination", "FrameDoubt", "MeasuredPoint", "Mechanics", "NoiseRatio",
-    "PartTemperature", "Path", "PathCollector", "PathPoints", "PathProgress", "PathSurface",
-    "PointFactors", "PointOptions", "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows",
-    "Side", "StablePoint", "Touch", "TouchCollector", "TouchNoise", "approach_direction", "average",
-    "check_noise", "check_part", "climate_of_text", "colour_at", "contributions", "examine",
-    "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
-    "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",
-    "point_uncertainties", "point_uncertainty", "points_along", "record_text", "reported_points",
-    "rigid_movement", "root_of", "side_of", "spaced", "systematic_covariance", "touches_checked",
-    "transported", "with_skew",
+    "DeviationRows", "Examination", "FeatureUncertainty", "FrameDoubt", "MeasuredPoint",
+    "Mechanics", "NoiseRatio", "PartTemperature", "Path", "PathCollector", "PathPoints",
+    "PathProgress", "PathSurface", "PointFactors", "PointOptions", "ProbeReport", "ProbeState",
+    "Refusal", "RefusalCode", "Rows", "Side", "StablePoint", "Thinning", "Touch", "TouchCollector",
+    "TouchNoise", "approach_direction", "average", "check_noise", "check_part", "climate_of_text",
+    "colour_at", "contributions", "examine", "explain", "explain_reference", "factors_of",
+    "factors_of_matrix", "joined_factors", "joint_factors", "label_verdict", "label_words",
+    "map_range", "mechanics_words", "point_uncertainties", "point_uncertainty", "points_along",
+    "record_text", "reported_points", "root_of", "side_of", "spaced", "systematic_covariance",
+    "thinned", "touches_checked", "transported", "with_skew",
 ]  # fmt: skip

@@ -177,6 +177,37 @@ class FrameDoubt:
     covariance: Float
     """(6, 6): rotation, rad, about the frame axes through its origin, and shift, mm."""
 
+    def contribution(self, points: Sequence[MeasuredPoint]) -> Contribution:
+        """Return its part, a small motion of all points; it cancels without the frame."""
+        T = self.T_frame_from_world
+        back = T.rotation.T
+        places = T.apply(np.array([point.tip_world for point in points]))
+        by = [np.hstack([back @ -skew(place), back]) for place in places]
+        return Contribution(FRAME, _with_radius(np.vstack(by)), self.covariance)
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureUncertainty:
+    """Uncertainty common to all points of a feature."""
+
+    feature: str
+    sigma: float
+    """mm, standard."""
+    of_gauge: bool = False
+    """All move together in any direction, by the play of a gauge in its hole; else each along its
+    direction, by the thickness of a sheet."""
+
+    def contribution(self, points: Sequence[MeasuredPoint]) -> Contribution:
+        moves = [
+            self.sigma * (one.feature == self.feature)
+            * (np.eye(3) if self.of_gauge else one.direction[:, None])
+            for one in points
+        ]  # fmt: skip
+        by = _with_radius(np.concatenate(moves))
+        name = f"Play of {self.feature}" if self.of_gauge else f"Sheet of {self.feature}"
+        source = ErrorSource(name, "B", "uniform", "limit in the plan")
+        return Contribution(source, by, np.eye(by.shape[1]))
+
 
 def contributions(
     points: Sequence[MeasuredPoint],
@@ -186,7 +217,7 @@ def contributions(
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
     probe: ProbeState | None = None,
-    frame: FrameDoubt | None = None,
+    common: Sequence[FrameDoubt | FeatureUncertainty] = (),
 ) -> tuple[Contribution, ...]:
     """Return all parts of the joint covariance of ``points``.
 
@@ -203,8 +234,8 @@ def contributions(
     probe
         Separates temperature and weight of the probe from its calibration; without it they are one
         part, with the same sum.
-    frame
-        Uncertainty of a saved frame; None if the job measures the frame.
+    common
+        Uncertainties in the plan: of a saved frame, of sheets and gauges.
     """
     count = len(points)
     radius = np.zeros((3 * count + 1, 1))
@@ -223,8 +254,7 @@ def contributions(
         moved = scale_movement(points)[:, None]
         found.append(Contribution(PART, moved, np.array([[part.scale_sigma**2]])))
     found = _by_thermometer(found, points, rig, body, part)
-    if frame is not None:
-        found.append(Contribution(FRAME, rigid_movement(points, frame), frame.covariance))
+    found += [one.contribution(points) for one in common]
     return tuple(found)
 
 
@@ -266,20 +296,6 @@ def _by_thermometer(
             found = [rest if other is one else other for other in found]
     by_thermometer = [Contribution(THERMOMETER, by[:, None], np.eye(1)) for by in sums.values()]
     return [*found, *by_thermometer]
-
-
-def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:
-    """Return the derivative of all points by rotation and shift of the frame, (3 N + 1, 6).
-
-    A small motion of the frame is one of all points; it cancels in results without the frame.
-    """
-    T = frame.T_frame_from_world
-    back = T.rotation.T
-    by = [
-        np.hstack([back @ -skew(place), back])
-        for place in T.apply(np.array([point.tip_world for point in points]))
-    ]
-    return _with_radius(np.vstack(by))
 
 
 def systematic_contributions(

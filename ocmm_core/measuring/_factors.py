@@ -42,6 +42,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._contributions import (
     Contribution,
+    FeatureUncertainty,
     FrameDoubt,
     contributions,
     systematic_contributions,
@@ -285,14 +286,14 @@ def joint_factors(
     body: ProbeBody,
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
-    frame: FrameDoubt | None = None,
+    common: Sequence[FrameDoubt | FeatureUncertainty] = (),
     root: Callable[[Float], Float] | None = None,
 ) -> PointFactors:
     """Return the factors of the covariance of all ball centres and the tip radius.
 
     Arguments as in `contributions`; ``root`` replaces `root_of`, for callers that cache results.
     """
-    parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
+    parts = contributions(points, sensitivities, rig, body, contact, part, None, common)
     return factors_of(parts, len(points), root)
 
 

@@ -7,7 +7,7 @@ out and counted. A longer one may be a lifted ball or the surface itself: no fil
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -25,7 +25,11 @@ _HOP_MM = 0.02
 _LIFT_MM = 0.03
 """The same above the whole path, if beyond its form."""
 MOST_POINTS = 2000
-"""Of one path: a longer one has them farther apart."""
+"""Of one path: a longer one has them a multiple of the spacing apart."""
+_LONGEST_STRAIGHT = 10
+"""Multiple of the spacing after which a straight path has a point as well."""
+_LEAST_CHORD_MM = 0.2
+"""A shorter piece of path shows no direction."""
 _SMOOTH, _REACH, _FLANK = 9, 25, 2
 """Ticks: of the moving average, of a parabola to each side, and next to a hop."""
 _NEAR_MM, _OUTSIDE = 3.0, 0.02
@@ -42,11 +46,49 @@ def spaced(path: Float, spacing: float) -> tuple[Int, Int]:
 
     The second is (n,): places among the first.
     """
+    chosen = thinned(path, np.zeros(len(path)), Thinning(spacing))[0]
+    return chosen, np.searchsorted(chosen, np.arange(len(path)), side="right") - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Thinning:
+    """Which places along a path become points."""
+
+    spacing: float
+    """mm: least distance from the last point; with ``gates`` that of the planes."""
+    interval_s: float = 0.0
+    """Least time since the last point."""
+    turn: float = 0.0
+    """rad: change of direction since the last point; a straight path has points farther apart."""
+    gates: Float | None = None
+    """(3,), unit, world: normal of parallel planes; the first crossing of each gives a point."""
+    start: Float = field(default_factory=lambda: np.zeros(3))
+    """(3,), mm, world: on one of the planes."""
+
+
+def thinned(path: Float, time_s: Float, rule: Thinning) -> tuple[Int, float]:
+    """Return the indices of a path (n, 3), mm, that become points, and the way against gates."""
+    if rule.gates is not None:
+        along = (path - rule.start) @ rule.gates
+        passed = np.floor(np.maximum.accumulate(along) / rule.spacing)
+        # Behind a part without contact the ball may be far beyond the plane.
+        on = along - passed * rule.spacing < _WINDOW_MM
+        crossed = np.flatnonzero((np.diff(passed, prepend=passed[0]) > 0.0) & on)
+        return crossed, float(-np.minimum(np.diff(along[:: 2 * _SMOOTH]), 0.0).sum())
+    ahead = np.minimum(np.arange(len(path)) + _REACH, len(path) - 1)
+    ways = path[ahead] - path[np.maximum(np.arange(len(path)) - _REACH, 0)]
+    lengths = np.linalg.norm(ways, axis=1)
+    ways = np.where(lengths[:, None] < _LEAST_CHORD_MM, 0.0, ways) / lengths.clip(1e-9)[:, None]
     chosen = [0]
-    for index, place in enumerate(path):
-        if np.linalg.norm(place - path[chosen[-1]]) >= spacing:
+    for index in range(1, len(path)):
+        last = chosen[-1]
+        away = float(np.linalg.norm(path[index] - path[last]))
+        if away < rule.spacing or time_s[index] - time_s[last] < rule.interval_s:
+            continue
+        straight = not np.any(ways[index]) or ways[index] @ ways[last] > np.cos(rule.turn)
+        if not (rule.turn and straight and away < _LONGEST_STRAIGHT * rule.spacing):
             chosen.append(index)
-    return np.array(chosen), np.searchsorted(chosen, np.arange(len(path)), side="right") - 1
+    return np.array(chosen), 0.0
 
 
 def transported(path_world: Float, normal_world: Float, spacing: float) -> Float:
@@ -124,12 +166,14 @@ class PathPoints:
     length_mm: float
     raised_mm: float
     """Height, mm, of a part of the path that may be the surface or a lifted ball; 0 without one."""
+    back_mm: float = 0.0
+    """Length of path against the direction of the gates, without points."""
 
 
 def points_along(
-    ticks: Ticks, surface: PathSurface, spacing: float, exposure_s: float = 0.0
+    ticks: Ticks, surface: PathSurface, rule: Thinning, exposure_s: float = 0.0
 ) -> PathPoints:
-    """Return points ``spacing``, mm, apart along a path on a surface.
+    """Return points along a path on a surface.
 
     ``exposure_s``: largest error of the exposure times.
     """
@@ -157,8 +201,12 @@ def points_along(
     usable = ~(lifted | fast)
     whole = float(np.linalg.norm(np.diff(line[:: 2 * _SMOOTH], axis=0), axis=1).sum())
     places = np.flatnonzero(usable)
+    back = 0.0
     if len(places):
-        places = places[spaced(line[places], max(spacing, whole / MOST_POINTS))[0]]
+        times = max(np.ceil(whole / MOST_POINTS / rule.spacing), 1.0)
+        rule = replace(rule, spacing=times * rule.spacing)
+        kept, back = thinned(line[places], ticks.time_s[places], rule)
+        places = places[kept]
     windows = [_window(line, usable, index, 0.5 * _WINDOW_MM) for index in places.tolist()]
     return PathPoints(
         [
@@ -170,6 +218,7 @@ def points_along(
         1e3 * TICK_S * float(fast.sum()),
         float(np.linalg.norm(np.diff(line[places], axis=0), axis=1).sum()),
         raised,
+        back,
     )
 
 

@@ -47,19 +47,36 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "points": (later("Points"), later("Number of points")),
         "side": (later("Side"), later("Probe side: outer for shafts and faces, inner for bores")),
         "point": (later("Point, mm"), later("Centre or a point on it, part frame: x y z")),
-        "width": (later("Width, mm"), later("Slots and rectangles, tube of a torus; else 0")),
+        "width": (later("Width, mm"), later("Slots, rectangles, tube of a torus; edge: sheet")),
         "angle_deg": (later("Apex angle, °"), later("Cone: full angle; else 0")),
         "across": (later("Along"), later("Direction of the length, part frame: x y z")),
         "criterion": (later("Association"), later("Fit criterion")),
         "projection": (
             later("Projected on"),
-            later("Projection plane of circles and slots; or empty"),
+            later("Plane of circles and slots, face of an edge; or empty"),
         ),
         "compensation": (later("Probe side by"), later("Empty: as in the plan")),
         "spacing": (
             later("Path points, mm"),
             later("Continuous probing: distance of the points; 0: single touches"),
         ),
+        "interval": (
+            later("Path by time, s"),
+            later("Continuous probing: least time between points; else 0"),
+        ),
+        "turn_deg": (
+            later("Path by turn, °"),
+            later("Continuous probing: change of direction between points; else 0"),
+        ),
+        "gates": (
+            later("Path by gates"),
+            later("Continuous probing: normal of the planes that give points; else 0 0 0"),
+        ),
+        "sheet": (
+            later("Sheet, mm"),
+            later("Thickness between the touched side and that of the plan; else 0"),
+        ),
+        "sheet_limit": (later("Its limit, mm"), later("Largest deviation of the sheet; else 0")),
         "targets": (
             later("Targets, mm"),
             later("Where to touch, from a model; empty: spread over the sizes"),
@@ -152,9 +169,13 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         ),
         "distance": (later("Distance, mm"), later("From the second centre, as certified")),
     },
+    "TappedHole": {
+        "features": (later("Features"), later("The gauge in the thread; the face of the hole")),
+        "play": (later("Play, mm"), later("Largest distance of the axes of gauge and thread")),
+    },
     "PartOf": {
         "features": (later("Feature"), later("One")),
-        "part": (later("Part"), later("Surface, axis or centre")),
+        "part": (later("Part"), later("Surface, axis, centre; middle of a line")),
     },
     "DatumAlignment": {
         "primary": (later("Primary"), later("Plane whose normal, or axis, is z of the part")),
@@ -239,7 +260,7 @@ _OWN_WORDS = frozenset(
     (
         later("outer"), later("inner"), later("approach"), later("pulled"), later("shank"),
         later("nominal"), later("proven"), later("unproven"), later("between"), later("centres"),
-        later("all"), later("planes"), later("intersection"), later("projection"),
+        later("all"), later("middle"), later("planes"), later("intersection"), later("projection"),
         later("midpoint"), later("bisector"), later("offset"), later("plane-axis-point"),
         later("given"), later("yes"), later("no"), later("set"), later("proposed"),
     )

@@ -27,8 +27,11 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
     the part does not determine are missing.
     """
     features = part.features_part()
-    geometries = {feature.name: _geometry(features[feature.name]) for feature in plan.features}
     actual = _exact(plan, part)
+    geometries = {
+        item.name: actual[item.name].fit.geometry if item.sheet else _geometry(features[item.name])
+        for item in plan.features
+    }
     for construction in plan.constructions:
         if construction.name in actual:
             geometries[construction.name] = actual[construction.name].fit.geometry

@@ -5021,10 +5021,6 @@ Startet: {source}</translation>
         <translation>Breite, mm</translation>
     </message>
     <message>
-        <source>Slots and rectangles, tube of a torus; else 0</source>
-        <translation>Nuten und Rechtecke, Rohr eines Torus; sonst 0</translation>
-    </message>
-    <message>
         <source>Apex angle, °</source>
         <translation>Kegelwinkel, °</translation>
     </message>
@@ -5053,10 +5049,6 @@ Startet: {source}</translation>
         <translation>Projiziert auf</translation>
     </message>
     <message>
-        <source>Projection plane of circles and slots; or empty</source>
-        <translation>Projektionsebene von Kreisen und Nuten; oder leer</translation>
-    </message>
-    <message>
         <source>Probe side by</source>
         <translation>Antastseite durch</translation>
     </message>
@@ -5071,6 +5063,46 @@ Startet: {source}</translation>
     <message>
         <source>Continuous probing: distance of the points; 0: single touches</source>
         <translation>Scannen: Abstand der Punkte; 0: Einzelantastungen</translation>
+    </message>
+    <message>
+        <source>Path by time, s</source>
+        <translation>Bahn nach Zeit, s</translation>
+    </message>
+    <message>
+        <source>Continuous probing: least time between points; else 0</source>
+        <translation>Scannen: Mindestzeit zwischen Punkten; sonst 0</translation>
+    </message>
+    <message>
+        <source>Path by turn, °</source>
+        <translation>Bahn nach Drehung, °</translation>
+    </message>
+    <message>
+        <source>Continuous probing: change of direction between points; else 0</source>
+        <translation>Scannen: Richtungsänderung zwischen Punkten; sonst 0</translation>
+    </message>
+    <message>
+        <source>Path by gates</source>
+        <translation>Bahn nach Toren</translation>
+    </message>
+    <message>
+        <source>Continuous probing: normal of the planes that give points; else 0 0 0</source>
+        <translation>Scannen: Normale der Ebenen, die Punkte geben; sonst 0 0 0</translation>
+    </message>
+    <message>
+        <source>Sheet, mm</source>
+        <translation>Blech, mm</translation>
+    </message>
+    <message>
+        <source>Thickness between the touched side and that of the plan; else 0</source>
+        <translation>Dicke zwischen angetasteter Seite und der des Plans; sonst 0</translation>
+    </message>
+    <message>
+        <source>Its limit, mm</source>
+        <translation>Sein Grenzwert, mm</translation>
+    </message>
+    <message>
+        <source>Largest deviation of the sheet; else 0</source>
+        <translation>Größte Abweichung des Blechs; sonst 0</translation>
     </message>
     <message>
         <source>Targets, mm</source>
@@ -5257,8 +5289,32 @@ Startet: {source}</translation>
         <translation>Konstruktion</translation>
     </message>
     <message>
+        <source>The gauge in the thread; the face of the hole</source>
+        <translation>Die Lehre im Gewinde; die Fläche der Bohrung</translation>
+    </message>
+    <message>
+        <source>Play, mm</source>
+        <translation>Spiel, mm</translation>
+    </message>
+    <message>
+        <source>Largest distance of the axes of gauge and thread</source>
+        <translation>Größter Abstand der Achsen von Lehre und Gewinde</translation>
+    </message>
+    <message>
+        <source>Surface, axis, centre; middle of a line</source>
+        <translation>Oberfläche, Achse, Mitte; Mitte einer Geraden</translation>
+    </message>
+    <message>
         <source>Letters, digits, spaces, _ . - /</source>
         <translation>Buchstaben, Ziffern, Leerzeichen, _ . - /</translation>
+    </message>
+    <message>
+        <source>Slots, rectangles, tube of a torus; edge: sheet</source>
+        <translation>Nuten, Rechtecke, Rohr eines Torus; Kante: Blech</translation>
+    </message>
+    <message>
+        <source>Plane of circles and slots, face of an edge; or empty</source>
+        <translation>Ebene von Kreisen und Nuten, Fläche einer Kante; oder leer</translation>
     </message>
     <message>
         <source>proposed: not yet set; change or confirm them</source>
@@ -5353,10 +5409,6 @@ Startet: {source}</translation>
         <translation>Eines</translation>
     </message>
     <message>
-        <source>Surface, axis or centre</source>
-        <translation>Fläche, Achse oder Mitte</translation>
-    </message>
-    <message>
         <source>Primary</source>
         <translation>Primär</translation>
     </message>
@@ -5443,6 +5495,10 @@ Startet: {source}</translation>
     <message>
         <source>projection</source>
         <translation>Projektion</translation>
+    </message>
+    <message>
+        <source>middle</source>
+        <translation>Mitte</translation>
     </message>
     <message>
         <source>midpoint</source>

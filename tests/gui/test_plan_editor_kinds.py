@@ -45,6 +45,7 @@ CONSTRUCTIONS: dict[str, dict[str, str]] = {
     "best fit": {"features": "BORE_A, BORE_B, BALL", "shape": "Plane", "through": "centres"},
     "bolt circle": {"features": "BORE_A, BORE_B, BALL"},
     "cone section": {"features": "CONE", "diameter": "12"},
+    "tapped hole": {"features": "BOSS, BED", "play": "0,02"},
     "hidden point": {"features": "BALL, BORE_A", "distance": "30,5"},
     "part of": {"features": "BOSS", "part": "axis"},
 }

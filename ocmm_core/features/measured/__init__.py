@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_core.features.measured._construct import (
         AXIAL, CENTRED, LONG, Bisector, Construction, FitThrough, Intersection, Midpoint, Offset,
-        PartOf, construction_fault, in_order, needed_features, probed_features, shapes_with,
+        PartOf, TappedHole, construction_fault, in_order, needed_features, probed_features,
+        shapes_with,
     )  # fmt: skip
     from ocmm_core.features.measured._construct_geometry import gauge_point
     from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
@@ -42,7 +43,7 @@ __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",
     "SIZE_LIMIT", "ActualFeature", "Bisector", "CommandingPoints", "Construction", "Convention",
     "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset", "Orientation",
-    "PairResult", "PartOf", "SetReport", "Touches", "ZoneProof", "actual_features",
+    "PairResult", "PartOf", "SetReport", "TappedHole", "Touches", "ZoneProof", "actual_features",
     "beyond_first_order", "can_be_oriented", "certificate", "commanding_points", "commanding_rows",
     "commanding_touches", "constructed_features", "construction_fault", "fit", "fit_shape",
     "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",

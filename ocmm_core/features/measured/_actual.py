@@ -38,6 +38,15 @@ from ocmm_core.measuring import PATH, DeviationRows, MeasuredPoint, Rows
 ALONG = 0.1
 """Part of the approach square to a line below which it does not show the side of the material."""
 
+_BESIDE = 0.5
+"""The same for the edge of a sheet, square to its face."""
+
+_CORNER_MM = 0.001
+"""Error of an edge that is allowed for a ball beyond the side of the sheet."""
+
+SHORTEST_MM = 1.0
+"""Closer points give no direction."""
+
 
 @dataclass(frozen=True, slots=True)
 class Compensation:
@@ -202,6 +211,8 @@ def _actual(
 ) -> ActualFeature:
     if nominal.projection:
         plane = _projection_plane(nominal, found)
+        if nominal.shape is Shape.LINE:
+            return _edge(nominal, touches, plane)
         raw, by_normal = fit_projected(nominal, touches, plane.fit.direction)
         by_all = Rows.of_points(touches.places, raw.jacobian)
         by_all += by_normal @ plane.jacobian[DIRECTION]
@@ -209,6 +220,58 @@ def _actual(
         raw = fit_touches(nominal, touches)
         by_all = Rows.of_points(touches.places, raw.jacobian)
     return compensated(nominal, touches, unambiguous(raw), by_all)
+
+
+def _edge(nominal: NominalFeature, touches: Touches, plane: ActualFeature) -> ActualFeature:
+    """Return a line on the side of a sheet, seen along the normal of its face; or FitError."""
+    normal = plane.fit.direction
+    heights = (touches.tips - plane.fit.point) @ normal
+    beyond = np.maximum(heights, -nominal.width - heights)
+    worst = int(beyond.argmax())
+    if beyond[worst] > np.sqrt(2.0 * touches.tip_radius * _CORNER_MM):
+        raise FitError(
+            "feature.corner",
+            f"The ball of point {touches.numbers[worst]} of {nominal.name} touched the corner of "
+            f"the edge: its centre was {beyond[worst]:.2f} mm beyond the side of the sheet.",
+            "Touch again with the centre of the ball within the thickness of the sheet. If the "
+            "sheet is too thin, hold a block against the edge and touch that.",
+        )
+    away = (touches.tips - touches.tips.mean(axis=0)) @ normal
+    flat = flattened(nominal, touches, normal)
+    raw = fit_touches(nominal, flat)
+    own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
+    along = own @ normal
+    by_normal = -np.einsum("kni,n->ki", own, away) - along @ (flat.tips - flat.tips.mean(axis=0))
+    own = own + (along.mean(axis=1, keepdims=True) - along)[:, :, None] * normal
+    raw = replace(raw, jacobian=own.reshape(GEOMETRY_SIZE, -1))
+    by_all = Rows.of_points(touches.places, raw.jacobian) + by_normal @ plane.jacobian[DIRECTION]
+    return compensated(nominal, flat, raw, by_all)
+
+
+def flattened(nominal: NominalFeature, touches: Touches, normal: Float) -> Touches:
+    """Return touches at their mean height along a normal, with approaches square to it.
+
+    FitError if one came from above rather than from the side, or all are at one place.
+    """
+    away = touches.tips - touches.tips.mean(axis=0)
+    tips = touches.tips - np.outer(away @ normal, normal)
+    beside = touches.directions - np.outer(touches.directions @ normal, normal)
+    lengths = np.linalg.norm(beside, axis=1)
+    if lengths.min() < _BESIDE:
+        number = touches.numbers[int(lengths.argmin())]
+        raise FitError(
+            "feature.no_side",
+            f"Point {number} of {nominal.name} was approached from above, not from the side.",
+            "Approach the edge along the sheet, square to the edge.",
+        )
+    longest = float(np.linalg.norm(tips - tips[0], axis=1).max())
+    if longest < SHORTEST_MM:
+        raise FitError(
+            "feature.one_place",
+            f"The points of {nominal.name} lie {longest:.2f} mm from each other along the edge.",
+            "Take them further apart, 10 mm or more.",
+        )
+    return replace(touches, tips=tips, directions=beside / lengths[:, None])
 
 
 def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Rows) -> ActualFeature:
@@ -245,7 +308,8 @@ def fit_touches(nominal: NominalFeature, touches: Touches) -> Fit:
     return fit_shape(
         nominal.shape,
         touches.tips,
-        direction_hint=_sense(nominal, touches),
+        # A plane faces away from the material, towards the probe.
+        direction_hint=touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None,
         radius_hint=half_length + offset,
         second_hint=0.5 * nominal.width + offset,
         half_angle_hint=np.radians(0.5 * nominal.angle_deg) if nominal.angle_deg else None,
@@ -300,14 +364,10 @@ def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoi
         places=tuple(place for place, _ in touched),
         tips=np.array([point.tip_world for point in own], dtype=np.float64),
         directions=np.array([point.direction for point in own], dtype=np.float64),
-        tip_radius=float(radii[0]),
+        # A ball larger by the thickness would touch the other side of the sheet.
+        tip_radius=float(radii[0]) + nominal.sheet,
         along_path=any(point.approach == PATH for point in own),
     )
-
-
-def _sense(nominal: NominalFeature, touches: Touches) -> Float | None:
-    """Return the direction of a plane's normal: away from the material, towards the probe."""
-    return touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None
 
 
 def _projection_plane(

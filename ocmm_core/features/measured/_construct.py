@@ -93,10 +93,18 @@ class HiddenPoint(_Construction, frozen=True, kw_only=True, tag="hidden point"):
     """mm, from the second centre; as certified for the adapter with two balls."""
 
 
+class TappedHole(_Construction, frozen=True, kw_only=True, tag="tapped hole"):
+    """The centre of a thread in its face: axis of a gauge screwed in, a cylinder, and the plane."""
+
+    play: float
+    """mm: largest distance of the axis of the gauge from that of the thread, as certified."""
+
+
 class PartOf(_Construction, frozen=True, kw_only=True, tag="part of"):
     """A feature under another name, or its axis or centre alone."""
 
-    part: Literal["all", "axis", "centre"] = "all"
+    part: Literal["all", "axis", "centre", "middle"] = "all"
+    """``"middle"``: the point of a line, as an edge, amid its touches."""
 
 
 Construction: TypeAlias = (
@@ -110,6 +118,7 @@ Construction: TypeAlias = (
     | BoltCircle
     | ConeSection
     | HiddenPoint
+    | TappedHole
     | PartOf
 )
 """All kinds; the plan's field ``kind`` selects one."""
@@ -256,11 +265,21 @@ def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str,
             return Shape.CIRCLE
         case ConeSection():
             return _cone_section(item, shapes)
+        case TappedHole():
+            _count(shapes, 2)
+            _all(shapes[:1], (Shape.CYLINDER,))
+            _all(shapes[1:], (Shape.PLANE,))
+            if item.features[0] not in probed:
+                raise _FaultError("features", f"names {item.features[0]!r}, which is not touched")
+            if not item.play > 0.0:
+                raise _FaultError("play", f"is {item.play:g}, but must be greater than zero")
+            return Shape.POINT
         case PartOf():
             _count(shapes, 1)
             if item.part == "all":
                 return shapes[0]
-            _all(shapes, AXIAL if item.part == "axis" else CENTRED)
+            line = (Shape.LINE,)
+            _all(shapes, {"axis": AXIAL, "middle": line}.get(item.part, CENTRED))
             return Shape.LINE if item.part == "axis" else Shape.POINT
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.measured._actual import SHORTEST_MM, ActualFeature
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, element
 from ocmm_core.geometry import Float, unit
 
@@ -20,8 +21,10 @@ LEAST_ANGLE_DEG = 1.0
 MOST_TILT_DEG = 10.0
 """A more oblique circle is an ellipse in the plane."""
 
-SHORTEST_MM = 1.0
-"""Closer points give no direction."""
+_FARTHEST = 5.0
+"""Multiple of the touched length of a gauge, up to which its axis is extended."""
+_MOST_GAUGE_MM = 0.1
+"""Largest deviation of a gauge from its diameter in the plan: it is another one beyond."""
 
 _LEAST_SINE = float(np.sin(np.radians(LEAST_ANGLE_DEG)))
 _LEAST_GAP = 1e-2
@@ -227,6 +230,29 @@ def beyond(first: Float, second: Float, distance: float) -> Float:
             "Take points that lie far apart, at least as far as the hidden point is away.",
         )
     return element(second[POINT] + distance / length * way)
+
+
+def refuse_gauge(gauge: ActualFeature, face: ActualFeature) -> None:
+    """Raise FitError unless a gauge was touched above a face, over enough of its length."""
+    if gauge.touches is None:
+        raise TypeError(gauge.nominal.name)
+    name, above, tips = gauge.nominal.name, face.nominal.name, gauge.touches.tips
+    heights = (tips - face.fit.point) @ face.fit.direction
+    highest, length = float(heights.max()), float(np.ptp(tips @ gauge.fit.direction))
+    found, planned = 2.0 * gauge.fit.radius, gauge.nominal.diameter
+    if heights.min() <= 0.0:
+        what = f"{name} was touched {-heights.min():.1f} mm below {above}."
+    elif length * _FARTHEST < highest:
+        what = f"{name} was touched over {length:.1f} mm only, {highest:.1f} mm above {above}."
+    elif abs(found - planned) > _MOST_GAUGE_MM:
+        what = f"{name} measures {found:.3f} mm; the gauge of the plan has {planned:.3f} mm."
+    else:
+        return
+    raise FitError(
+        "construction.no_gauge",
+        what,
+        "Touch the gauge above the face, around it and at two heights far apart.",
+    )
 
 
 def gauge_point(cone: Float, radius: float) -> Float:

@@ -32,6 +32,7 @@ from ocmm_core.features.measured._construct import (
     PartOf,
     Projection,
     Symmetry,
+    TappedHole,
     in_order,
     needed_features,
     shapes_with,
@@ -205,7 +206,7 @@ def construct(
     """
     first, second = geometries[0], geometries[min(1, len(geometries) - 1)]
     match construction:
-        case Intersection():
+        case Intersection() | TappedHole():
             return _intersection(shapes, geometries)
         case Projection():
             return _projection(shapes, first, second)
@@ -238,13 +239,10 @@ def construct(
         case HiddenPoint():
             return geometry_of.beyond(first, second, construction.distance)
         case PartOf():
-            match construction.part:
-                case "all":
-                    return first.copy()
-                case "axis":
-                    return element(first[POINT], unit(first[DIRECTION]))
-                case "centre":
-                    return element(first[POINT])
+            if construction.part == "all":
+                return first.copy()
+            along = unit(first[DIRECTION]) if construction.part == "axis" else np.zeros(3)
+            return element(first[POINT], along)
         case FitThrough() | BoltCircle():
             raise TypeError(construction)
 
@@ -253,7 +251,7 @@ def slopes(
     construction: Construction,
     shapes: Sequence[Shape],
     geometries: Sequence[Float],
-    moving: NDArray[np.bool_] | None = None,
+    moving: NDArray[np.bool_],
 ) -> Float:
     """Return d(`construct`) / d(geometries), (12, 12 k), by central differences.
 
@@ -263,8 +261,7 @@ def slopes(
     inputs = np.array(geometries)
     inputs[:, POINT] -= inputs[:, POINT].mean(axis=0)
     by_inputs = np.zeros((GEOMETRY_SIZE, inputs.size))
-    columns = np.arange(inputs.size) if moving is None else np.flatnonzero(moving)
-    for column in columns:
+    for column in np.flatnonzero(moving):
         step = _STEPS[column % GEOMETRY_SIZE]
         ends = []
         for sign in (1.0, -1.0):
@@ -298,6 +295,8 @@ def _constructed(
             jacobian=through.jacobian,
             by_residuals=through.by_residuals,
         )
+    if isinstance(item, TappedHole):
+        geometry_of.refuse_gauge(*inputs)
     shapes = [feature.fit.shape for feature in inputs]
     geometries = [feature.fit.geometry for feature in inputs]
     names = needed_features(item)

@@ -19,7 +19,13 @@ import numpy as np
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import distance_derivatives, nominal_distances
-from ocmm_core.features.measured._actual import fit_projected, fit_touches, sign_of, touches_of
+from ocmm_core.features.measured._actual import (
+    fit_projected,
+    fit_touches,
+    flattened,
+    sign_of,
+    touches_of,
+)
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.shapes import DIRECTION, MINIMUM_POINTS, POINT, Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Points3
@@ -181,6 +187,8 @@ def commanding_touches(
     simple = msgspec.structs.replace(nominal, criterion="least squares")
     try:
         touches = touches_of(nominal, list(enumerate(points)))
+        if nominal.shape is Shape.LINE and plane_normal is not None:
+            touches, plane_normal = flattened(nominal, touches, plane_normal), None
     except FitError:
         return None
 

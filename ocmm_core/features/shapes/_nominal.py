@@ -31,13 +31,13 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """``"outer"``: the probe is outside the material's curve (shaft, ball, face); ``"inner"``:
     inside it (bore)."""
     projection: str = ""
-    """Circle, ellipse, slot and rectangle: the plane feature whose normal the points are projected
-    along before the fit of the outline."""
+    """Line, circle, ellipse, slot and rectangle: the plane feature whose normal the points are
+    projected along before the fit. Such a line is the edge of a sheet with this face."""
     length: float = 0.0
     width: float = 0.0
     """`length`, `width`: Overall length and width of slot and rectangle, axes of an ellipse, both;
-    tube diameter of a torus is its width. Length of a cylinder, cone, line or plane along axis or
-    ``across`` if given in the plan, else zero."""
+    tube diameter of a torus is its width, thickness of the sheet that of an edge. Length of a
+    cylinder, cone, line or plane along axis or ``across`` if given in the plan, else zero."""
     angle_deg: float = 0.0
     """Full apex angle of a cone."""
     across: Vector3 = (1.0, 0.0, 0.0)
@@ -53,6 +53,17 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Circle only, least squares or minimum zone: fitted in space as one problem."""
     spacing: float = 0.0
     """Continuous probing: distance of the points along the path, mm; 0 for single touches."""
+    interval: float = 0.0
+    turn_deg: float = 0.0
+    """`interval`, `turn_deg`: Of a path: least time between points, s; change of direction between
+    points, which are ten times as far apart on a straight path."""
+    gates: Vector3 = (0.0, 0.0, 0.0)
+    """Of a path: normal, part frame, of planes ``spacing`` apart from ``point``; the first crossing
+    of each in this direction gives a point. Zero without."""
+    sheet: float = 0.0
+    sheet_limit: float = 0.0
+    """`sheet`, `sheet_limit`: mm: thickness of a sheet touched on the other side than that of the
+    plan, and its largest deviation; 0 if the surface of the plan is touched."""
     compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
     """Method to find the material's side (`measuring.compensation.METHODS`); empty: the plan's."""
     targets: tuple[Vector3, ...] = ()
@@ -115,6 +126,14 @@ def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
             f"is {feature.width:g}; it is the diameter of the tube of a torus, smaller than that "
             "of its centre line",
         )
+    if feature.sheet and not spec.may_be_behind:
+        return "sheet", "is not for lines and outlines"
+    if feature.sheet < 0.0 or (feature.sheet > 0.0) != (feature.sheet_limit > 0.0):
+        return (
+            "sheet_limit",
+            f"is {feature.sheet_limit:g} with a sheet of {feature.sheet:g}; both are greater than "
+            "zero, or left out",
+        )
     if spec.has_across:
         return _outline_fault(feature) or _criterion_fault(feature)
     for size in spec.sizes:
@@ -122,8 +141,10 @@ def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
             return size.field, f"is not greater than zero; it is the {size.word}"
     if feature.free and (not spec.may_be_free or feature.projection):
         return "free", "is only for circles that are not projected"
-    if feature.projection and not spec.is_flat:
-        return "projection", "is only for circles, ellipses, slots and rectangles"
+    if feature.projection and not spec.may_be_projected:
+        return "projection", "is only for lines, circles, ellipses, slots and rectangles"
+    if feature.projection and not spec.is_flat and not feature.width > 0.0:
+        return "width", "is missing: of an edge it is the thickness of the sheet at the touches"
     return _criterion_fault(feature)
 
 

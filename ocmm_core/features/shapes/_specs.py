@@ -150,6 +150,16 @@ class ShapeSpec:
         return self.direction_word != ""
 
     @property
+    def may_be_projected(self) -> bool:
+        """Return whether its points can be projected onto a plane: outlines, and edges."""
+        return self.is_flat or self.ball == "beside"
+
+    @property
+    def may_be_behind(self) -> bool:
+        """Return whether a sheet can be touched on the other side than that of the plan."""
+        return not self.is_flat and self.ball != "beside"
+
+    @property
     def is_axial(self) -> bool:
         """Return whether it has an axis, or a normal line through its centre."""
         return self.has_direction and (self.centred or self.is_long)
@@ -167,13 +177,15 @@ class ShapeSpec:
         used = {
             "diameter": self.has_size("diameter"),
             "side": self.is_curved,
-            "projection": self.is_flat,
+            "projection": self.may_be_projected,
             "length": self.has_size("length") or self.is_long or is_plane,
-            "width": self.has_size("width") or is_plane,
+            "width": self.has_size("width") or is_plane or self.ball == "beside",
             "angle_deg": self.has_size("angle_deg"),
             "across": self.has_across or is_plane,
             "criterion": len(self.criteria) > 1,
             "free": self.may_be_free,
+            "sheet": self.may_be_behind,
+            "sheet_limit": self.may_be_behind,
             "targets": is_surface,
         }
         return frozenset(field for field, is_used in used.items() if not is_used)

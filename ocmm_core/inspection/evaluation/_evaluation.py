@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ocmm_core.alignment import AlignmentReport, BoundAlignment, doubt_of, preview_alignment
+from ocmm_core.alignment import AlignmentReport, BoundAlignment, preview_alignment
 from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints, measured_of
@@ -71,7 +71,7 @@ class ValueGraph:
         """
         graph, table = self._graph, self._cache.table
         plan, facts, alignment = graph.plan, graph.facts, graph.alignment(actual)
-        same = (self._rig, self._body, graph.options, facts.bound)
+        same = (self._rig, self._body, graph.options, facts)
         blocks = table(
             "factors", same, (sensitivities, touched.points),
             lambda name: self._factors(name, touched, sensitivities[name]),
@@ -91,20 +91,20 @@ class ValueGraph:
     def _factors(
         self, name: str, touched: job_graph.PointsByFeature, sensitivities: Sequence[TipSensitivity]
     ) -> PointFactors:
-        points, options, bound = touched.points[name], self._graph.options, self._graph.facts.bound
+        points, options, facts = touched.points[name], self._graph.options, self._graph.facts
         numbers = touched.places[name]
 
         def made(first: int) -> PointFactors:
             found = joint_factors(
                 points[first:], sensitivities[first:], self._rig, self._body, options.contact,
-                options.climate.part, doubt_of(bound), self._root,
+                options.climate.part, self._graph.plan.common_uncertainties, self._root,
             )  # fmt: skip
             places = np.array(numbers[first:], dtype=np.int64)
             order = np.argsort(places)
             return replace(found.kept(order), places=places[order])
 
         return self._cache.appended(
-            ("factors", name), (self._rig, self._body, options, bound), (points, sensitivities),
+            ("factors", name), (self._rig, self._body, options, facts), (points, sensitivities),
             made, lambda *parts: joined_factors(parts),
         )  # fmt: skip
 
@@ -367,6 +367,6 @@ def alignment_of_points(
     reported = reported_points(points, options.climate.part)
     factors = joint_factors(
         reported, sensitivities, rig, body, options.contact, options.climate.part,
-        doubt_of(bound),
+        plan.common_uncertainties,
     )  # fmt: skip
     return preview_alignment(bound, checked_features(plan, reported, options), factors)

@@ -185,7 +185,8 @@ def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
     A circle is a bore or shaft: depth counts beyond ten millimetres. Lengths bound the surface.
     """
     arm, axis = ball - np.array(nominal.point), unit(np.array(nominal.direction))
-    return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), radius)
+    reach = radius + nominal.sheet
+    return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), reach)
 
 
 def _named(nominal: NominalFeature, count: int) -> Places | None:
@@ -193,8 +194,8 @@ def _named(nominal: NominalFeature, count: int) -> Places | None:
     if not nominal.targets:
         return None
     points = np.array(nominal.targets)
-    # Radius 0: distance from the surface itself.
-    found = [nearness(nominal, point, 0.0) for point in points]
+    # Radius 0: distance from the surface of the plan, also behind a sheet.
+    found = [nearness(nominal, point, -nominal.sheet) for point in points]
     if not all(one.gap <= _ON_IT_MM for one in found):
         return None
     return Places(points[:count], np.array([one.normal for one in found])[:count])
@@ -347,7 +348,7 @@ def targets_of(
     T_world = place.T_nominal_from_world.inverse()
     surface = T_world.apply(places.points)
     normals = places.normals @ T_world.rotation.T
-    balls = surface + tip_radius * normals
+    balls = surface + (tip_radius + nominal.sheet) * normals
     free = list(range(len(balls)))
     for point in points:
         if free:

@@ -11,14 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core import measuring
-from ocmm_core.alignment import (
-    AnyAlignment,
-    BoundAlignment,
-    Relocation,
-    SavedFrame,
-    doubt_of,
-    saved_frame_in,
-)
+from ocmm_core.alignment import AnyAlignment, BoundAlignment, Relocation, SavedFrame, saved_frame_in
 from ocmm_core.calibration.probe_design import load_design
 from ocmm_core.camera import Rig
 from ocmm_core.cleanup import scratch_folder
@@ -119,7 +112,7 @@ def evaluated_job(
     alignment = alignment_of(plan, found)
     parts = measuring.contributions(
         reported, sensitivities, rig, body, options.contact, options.climate.part, probe,
-        doubt_of(alignment),
+        plan.common_uncertainties,
     )  # fmt: skip
     factors = measuring.factors_of(parts, len(reported))
     frames = Frames(actual, alignment)
@@ -231,7 +224,7 @@ def frame_covariance(
         return None
     _, rig = noise_of_job(points, rig, body)
     factors = measuring.joint_factors(
-        reported, sensitivities, rig, body, options.contact, climate.part
+        reported, sensitivities, rig, body, options.contact, climate.part, plan.common_uncertainties
     )
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
     jacobian = Frames(actual, alignment).of_part(plan.name).by_coordinates
@@ -262,7 +255,7 @@ def surface_covariances(
     _, rig = noise_of_job(points, rig, body)
     blocks, by_radius, radius = measuring.joint_factors(
         measuring.reported_points(points, options.climate.part), sensitivities, rig, body,
-        options.contact, options.climate.part, doubt_of(plan.bound_alignment),
+        options.contact, options.climate.part, plan.common_uncertainties,
     ).blocks(np.arange(len(points)))  # fmt: skip
     normals = np.array([point.direction for point in points])
     mixed = np.einsum("ni,nj->nij", 0.5 * radius * normals - by_radius, normals)

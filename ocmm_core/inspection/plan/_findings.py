@@ -137,7 +137,7 @@ def _duplicates(plan: Plan) -> Iterator[PlanFinding]:
             # Opposite directions belong to one surface.
             largest = np.abs(vectors[:, part]).argmax(axis=1)[:, None]
             vectors[:, part] *= np.sign(np.take_along_axis(vectors[:, part], largest, axis=1))
-        known = np.hstack([vectors, [[one.length, one.width] for one in group]])
+        known = np.hstack([vectors, [[one.length, one.width, one.sheet] for one in group]])
         for here, other in enumerate(group):
             off = np.abs(known[:here] - known[here])
             moved = np.all(np.delete(off, POINT, axis=1) < _SAME_SINE, axis=1)

@@ -12,8 +12,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 import msgspec
+import numpy as np
 
-from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
+from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault, doubt_of
 from ocmm_core.calibration.probe_design import MaterialExpansion
 from ocmm_core.documents import Document, load_with_text, shortened, stays_inside
 from ocmm_core.errors import InputError
@@ -27,7 +28,7 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
-from ocmm_core.measuring import Climate, check_part
+from ocmm_core.measuring import Climate, FeatureUncertainty, FrameDoubt, check_part
 from ocmm_core.names import label_fault, name_fault, normal_text
 from ocmm_core.part_model import model_endings
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
@@ -65,6 +66,8 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
             f"is 'shank', but the probe axis does not determine the probe side of a {shape}"
         )
     # A line does not name its face; all other shapes have a normal.
+    if feature.sheet and feature.shape is Shape.POINT and method != "nominal":
+        return "compensation", "must be 'nominal' for a point on the other side of a sheet"
     if method == "nominal" and feature.shape is Shape.LINE:
         return "compensation", f"is 'nominal', but the plan does not say which way a {shape} faces"
     return None
@@ -78,8 +81,12 @@ def _only_for(shapes: Iterable[Shape]) -> str:
 def spacing_fault(feature: NominalFeature) -> str:
     """Return the fault of the point distance of a feature's paths; empty if none."""
     low, high = SPACINGS_MM
+    options = (bool(feature.interval), bool(feature.turn_deg), any(feature.gates))
     if feature.spacing == 0.0:
-        return ""
+        return "is missing: the options of paths go with it" if any(options) else ""
+    allowed = 0.0 <= feature.interval <= 10.0 and 0.0 <= feature.turn_deg <= 90.0
+    if sum(options) > 1 or not allowed:
+        return "goes with one of: 'interval' to 10 s, 'turn_deg' to 90 degrees, 'gates'"
     if feature.shape not in WITH_PATHS:
         return _only_for(WITH_PATHS)
     if not low <= feature.spacing <= high:
@@ -220,6 +227,18 @@ class Plan(Document, frozen=True, kw_only=True):
             return None
         nominals = measured.nominal_geometries(self.features, self.constructions)
         return BoundAlignment(self.alignment, self.shapes, nominals)
+
+    @property
+    def common_uncertainties(self) -> tuple[FrameDoubt | FeatureUncertainty, ...]:
+        """Return the uncertainty of a saved frame, of sheets, and of gauges in threads."""
+        # Uniform within the limit, and in a circle of that radius.
+        sheets = [one for one in self.features if one.sheet_limit]
+        holes = [one for one in self.constructions if isinstance(one, measured.TappedHole)]
+        return (
+            *filter(None, [doubt_of(self.alignment)]),
+            *(FeatureUncertainty(one.name, one.sheet_limit / np.sqrt(3.0)) for one in sheets),
+            *(FeatureUncertainty(one.features[0], 0.5 * one.play, of_gauge=True) for one in holes),
+        )
 
     def probed(self, name: str) -> tuple[str, ...]:
         """Return the probed features of a feature, probed or constructed."""

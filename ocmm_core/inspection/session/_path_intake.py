@@ -10,7 +10,7 @@ from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.fieldbus.described import REST_SPEED
-from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation import SessionOptions, nearness
 from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._job_points import ReferenceUse
@@ -26,6 +26,7 @@ from ocmm_core.measuring import (
     RefusalCode,
     Side,
     StablePoint,
+    Thinning,
     approach_direction,
     point_uncertainties,
     points_along,
@@ -131,7 +132,15 @@ class PathIntake:
                 f"Slide on {feature.name}, in contact all the way.",
             )
         exposure_s = self._options.point.untimed_mm / REST_SPEED
-        found = points_along(ticks, surface, feature.spacing, exposure_s)
+        rule = thinning_of(feature, place)
+        if rule is None:
+            return refused(
+                RefusalCode.NO_APPROACH,
+                f"The places of the gates of {feature.name} are unknown: the part frame is not "
+                "measured yet.",
+                "Measure the datum features first, or leave out 'gates' in the plan.",
+            )
+        found = points_along(ticks, surface, rule, exposure_s)
         if found.raised_mm > 0.0:
             return refused(
                 RefusalCode.MOVING,
@@ -150,7 +159,8 @@ class PathIntake:
             return Refusal(
                 RefusalCode.UNCERTAIN if others else RefusalCode.MOVING,
                 f"The path gives {len(kept)} points. Left out: {found.lifted_ms:.0f} ms without "
-                f"contact, {found.fast_ms:.0f} ms too fast, {others} uncertain points.",
+                f"contact, {found.fast_ms:.0f} ms too fast, {found.back_mm:.0f} mm backwards, "
+                f"{others} uncertain points.",
                 f"Press, slide {_LEAST_POINTS * feature.spacing:g} mm or more slowly and in "
                 "contact, then release.",
                 time_s,
@@ -160,8 +170,8 @@ class PathIntake:
         points = [one.point(first + number, radius) for number, one in enumerate(kept)]
         text = (
             f"{feature.name}: {len(points)} points along {found.length_mm:.1f} mm. Left out: "
-            f"{found.lifted_ms:.0f} ms without contact, {found.fast_ms:.0f} ms too fast, {others} "
-            "uncertain points."
+            f"{found.lifted_ms:.0f} ms without contact, {found.fast_ms:.0f} ms too fast, "
+            f"{found.back_mm:.0f} mm backwards, {others} uncertain points."
         )
         ledger.add(points, [one.sensitivity for one in kept], [(PATH, text)])
         return points[-1]
@@ -186,6 +196,20 @@ class PathIntake:
             )
             if doubt_of(station, uncertainty, self._rig, limit) is None
         ]
+
+
+def thinning_of(
+    feature: NominalFeature, T_nominal_from_world: RigidTransform | None
+) -> Thinning | None:
+    """Return which places along a path become points; None for gates at an unknown place."""
+    turn = float(np.radians(feature.turn_deg))
+    if not any(feature.gates):
+        return Thinning(feature.spacing, feature.interval, turn)
+    if T_nominal_from_world is None:
+        return None
+    T_world = T_nominal_from_world.inverse()
+    normal = T_world.rotation @ unit(np.array(feature.gates))
+    return Thinning(feature.spacing, gates=normal, start=T_world.apply(np.array(feature.point)))
 
 
 def _is_seen(station: StablePoint) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,12 +45,7 @@ def distance(
         _refuse_folded(characteristic, abs(between))
         sign = -1.0 if between < 0.0 else 1.0
         return zones.Evaluation(abs(between), sign * (by_other - by_one), frame=frame.words)
-    shapes = {name: item.fit.shape for name, item in actual.items()}
-    found = spec.by_differences(
-        characteristic,
-        actual,
-        lambda moved: distance_of_geometry(characteristic, moved, shapes, alignment),
-    )
+    found = spec.by_geometry(characteristic, actual, alignment, distance_of_geometry)
     _refuse_folded(characteristic, found.value)
     return found
 
@@ -74,6 +70,71 @@ def _along(
     point = frame.T_frame_from_world.apply(feature.fit.point)
     slope = frame.point_derivative(point, feature.jacobian[POINT])[axis]
     return float(point[axis]), slope
+
+
+def thickness(
+    characteristic: zones.Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: zones.Frames,
+) -> zones.Evaluation:
+    """Return the thickness of a sheet amid the touches of both sides; FitError: no sheet there."""
+    first, second = (actual[name] for name in characteristic.features)
+    names = " and ".join(characteristic.features)
+    geometries = first.fit.geometry, second.fit.geometry
+    fault, gaps = _no_sheet(names, *geometries), np.zeros(1)
+    if not fault and not characteristic.association:
+        sites = [zones.surface_points(face).points for face in (first, second)]
+        gaps = zones.gaps_between(*geometries, np.concatenate(sites))
+        fault = _no_place(names, sites, gaps)
+    if fault:
+        raise FitError(
+            "characteristic.no_sheet",
+            fault,
+            "Name both sides of a sheet, each touched from outside at the same place. On a wedge "
+            "take the distance of one place from the other side.",
+        )
+    if characteristic.association:
+        return distance_of_faces(characteristic, first, second)
+    found = spec.by_geometry(characteristic, actual, alignment, thickness_of_geometry)
+    note = f"{gaps.min():.3f} to {gaps.max():.3f} mm over the touched places."
+    return replace(found, note=note)
+
+
+def _no_sheet(names: str, one: Float, other: Float) -> str:
+    """Return why two planes are not the sides of a sheet; empty if they are."""
+    opposite = float(-one[DIRECTION] @ other[DIRECTION])
+    if opposite < 0.0:
+        return f"{names} face the same way: they are not the two sides of a sheet."
+    if float((one[POINT] - other[POINT]) @ (one[DIRECTION] - other[DIRECTION])) <= 0.0:
+        return f"{names} face each other: no material lies between."
+    angle = float(np.degrees(np.arccos(min(opposite, 1.0))))
+    return f"{names} are not parallel: {angle:.1f}°." if angle > _MOST_WEDGE_DEG else ""
+
+
+def _no_place(names: str, sites: list[Float], gaps: Float) -> str:
+    """Return why two sides were not touched at one place; empty if they were."""
+    middles = [site.mean(axis=0) for site in sites]
+    reach = max(np.linalg.norm(sites[i] - middles[i], axis=1).max() for i in range(2))
+    mean, vary = float(gaps.mean()), float(np.ptp(gaps))
+    apart = np.sqrt(max(float(np.sum((middles[1] - middles[0]) ** 2)) - mean**2, 0.0))
+    if apart > reach:
+        return f"The touches of {names} are {apart:.1f} mm apart along the sheet."
+    if vary > _MOST_VARIED * mean:
+        return f"The thickness between {names} varies by {vary:.3f} mm over the touched places."
+    return ""
+
+
+def thickness_of_geometry(
+    characteristic: zones.Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> float:
+    """Return the distance of two planes, mm, square to their middle plane amid their points."""
+    one, other = (geometries[name] for name in characteristic.features)
+    middle = 0.5 * (one[POINT] + other[POINT])
+    return abs(float(zones.gaps_between(one, other, middle[None])[0]))
 
 
 def distance_of_geometry(
@@ -138,6 +199,12 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
     return float(np.linalg.norm(arm))
 
 
+_MOST_WEDGE_DEG = 1.0
+"""Sides at a greater angle have no thickness."""
+_MOST_VARIED = 0.1
+"""Relative change of a thickness over the touched places, beyond which it has no one value."""
+
+
 def _refuse_folded(characteristic: zones.Characteristic, value: float) -> None:
     """Raise FitError at the fold of a distance, where differences make it appear certain."""
     if value < _SHORTEST_MM:
@@ -154,6 +221,12 @@ def _faces_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
     if item.axis or any(asked.shapes[name] is not Shape.PLANE for name in item.features):
         return "association", "of a distance needs two opposite planes, and no 'axis'"
     return two_point_fault(asked)
+
+
+def _sides_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
+    if not _no_sheet("", *(asked.nominals[name] for name in asked.item.features)):
+        return None
+    return "features", "names no sheet, which is two opposite planes with material between"
 
 
 def _axis_missing(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
@@ -182,6 +255,18 @@ KINDS = (
         in_part=lambda item: item.axis != "",
         folds=True,
         below_u="The distance is smaller than its uncertainty.",
+    ),
+    spec.KindSpec(
+        name="thickness",
+        evaluate=thickness,
+        geometry=thickness_of_geometry,
+        monte_carlo=spec.MonteCarlo.SECOND_ORDER,
+        qif=spec.QifWords("Thickness"),
+        shapes=(Shape.PLANE,),
+        features=(2, 2),
+        association_fault=_faces_fault,
+        checks=(_sides_fault,),
+        probed="all",
     ),
     spec.KindSpec(
         name="coordinate",

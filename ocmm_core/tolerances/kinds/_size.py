@@ -73,12 +73,7 @@ def size(
     own = own_association(feature)
     if characteristic.association not in ("", own):
         return associated_size(characteristic, feature)
-    shapes = {name: item.fit.shape for name, item in actual.items()}
-    found = spec.by_differences(
-        characteristic,
-        actual,
-        lambda moved: size_of_geometry(characteristic, moved, shapes, alignment),
-    )
+    found = spec.by_geometry(characteristic, actual, alignment, size_of_geometry)
     return replace(found, association=size_words(own))
 
 

@@ -225,3 +225,16 @@ def by_differences(
             slope[k] = (ahead - behind) / (2.0 * STEP)
         gradient += slope @ feature.jacobian
     return Evaluation(value_of(geometries), gradient)
+
+
+def by_geometry(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    value_of: OfGeometry,
+) -> Evaluation:
+    """Return the value that a kind has from geometry, with its gradient by points."""
+    shapes = {name: item.fit.shape for name, item in actual.items()}
+    return by_differences(
+        characteristic, actual, lambda moved: value_of(characteristic, moved, shapes, alignment)
+    )

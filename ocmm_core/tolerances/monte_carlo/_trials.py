@@ -117,6 +117,8 @@ def refits_of(actual: Mapping[str, measured.ActualFeature]) -> tuple[Refit, ...]
             continue
         if raw.criterion is not Criterion.LEAST_SQUARES or feature.nominal.free:
             continue
+        if shape is Shape.LINE and feature.nominal.projection:
+            continue
         found.append(_refit(name, feature, touches, raw))
     names = {item.name for item in found}
     return tuple(

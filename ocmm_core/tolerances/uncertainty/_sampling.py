@@ -127,21 +127,25 @@ def _sample(
 def _line_sample(
     name: str, feature: ActualFeature, touches: Touches, factors: PointFactors
 ) -> FormSample | None:
-    """Return the sample of a line, with deviations in two directions across it."""
+    """Return the sample of a line: deviations in two directions across it, of an edge in one."""
     places = np.array(touches.places, dtype=np.int64)
-    n = len(places)
-    degrees = 2 * n - 4
+    n, ways = len(places), 1 if feature.nominal.projection else 2
+    degrees = ways * (n - 2)
     if degrees < 1:
         return None
     direction = feature.fit.direction
     across = np.eye(3) - np.outer(direction, direction)
+    if ways == 1:
+        # Approaches to an edge are square to the normal of its face.
+        towards = across @ touches.directions.mean(axis=0)
+        across = np.outer(towards, towards) / (towards @ towards)
     along = (touches.tips - touches.tips.mean(axis=0)) @ direction
     # The part of a transverse motion absorbed by shift and rotation of the line is not a residual.
     followed = np.stack([np.full(n, 1.0 / np.sqrt(n)), along / np.linalg.norm(along)])
     rows = Rows.of_points(places, np.kron(followed, across))
     noise = float(np.einsum("nij,ij->", factors.blocks(places)[0], across))
     noise -= float(np.trace(factors.covariance_of(rows)))
-    pair = np.linalg.svd(across)[0][:, :2]
+    pair = np.linalg.svd(across)[0][:, :ways]
     residuals = feature.fit.residuals
     return sample_of(
         name, places, np.tile(pair, (n, 1, 1)), float(residuals @ residuals), noise, degrees

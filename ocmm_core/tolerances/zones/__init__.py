@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         ModelSurface, SurfacePoints, kept_offset, least_squares, own_fit, surface_points,
     )  # fmt: skip
     from ocmm_core.tolerances.zones._two_point import (
-        across_slot, around, between_faces, slot_envelope,
+        across_slot, around, between_faces, gaps_between, slot_envelope,
     )  # fmt: skip
     from ocmm_core.tolerances.zones._zone_frame import (
         BEST_FIT, ZoneFrame, free_frame, moved_geometry,
@@ -40,7 +40,7 @@ __all__ = [
     "Evaluation", "FormNoise", "Frames", "HeldFrame", "Keep", "ModelSurface", "Ranked", "Section",
     "Seen", "Surface", "SurfacePoints", "SurfaceTouches", "ZoneFrame", "across_slot", "around",
     "associated", "axis_sections", "between_faces", "derived_points", "derived_zone",
-    "few_in_a_section", "form_noise", "free_frame", "kept_offset", "least_squares", "median_line",
-    "moved_geometry", "no_part_frame", "own_fit", "points_note", "section_circle", "sections",
-    "slot_envelope", "surface_points", "surface_zone", "vector_evaluation",
+    "few_in_a_section", "form_noise", "free_frame", "gaps_between", "kept_offset", "least_squares",
+    "median_line", "moved_geometry", "no_part_frame", "own_fit", "points_note", "section_circle",
+    "sections", "slot_envelope", "surface_points", "surface_zone", "vector_evaluation",
 ]  # fmt: skip

@@ -143,7 +143,7 @@ def between_faces(
     middles = 0.5 * (sites[0][first] + sites[1][second])
     residuals = [own_fit(face)[1].residuals for face in (one, other)]
     lean = [float(face.fit.direction @ across) for face in (one, other)]
-    gaps = _gaps(one.fit.geometry, other.fit.geometry, middles)
+    gaps = gaps_between(one.fit.geometry, other.fit.geometry, middles)
     gaps = gaps + residuals[0][first] / lean[0] - residuals[1][second] / lean[1]
     sign = 1.0 if float(gaps.mean()) > 0.0 else -1.0
     groups = _contenders(sign * gaps, association)
@@ -157,7 +157,7 @@ def between_faces(
             ends = []
             for step in (_STEP, -_STEP):
                 moved = moved_geometry(geometries, key, k, step)
-                ends.append(_gaps(moved["one"], moved["other"], places))
+                ends.append(gaps_between(moved["one"], moved["other"], places))
             slopes[:, k] = (ends[0] - ends[1]) / (2.0 * _STEP)
         gradients += slopes @ face.jacobian
     gradients += _weights(first, groups, len(one.by_residuals)) @ one.by_residuals / lean[0]
@@ -169,7 +169,7 @@ def _across(one: Float, other: Float) -> Float:
     return unit(one[DIRECTION] - other[DIRECTION])
 
 
-def _gaps(one: Float, other: Float, sites: Float) -> Float:
+def gaps_between(one: Float, other: Float, sites: Float) -> Float:
     """Return the gaps between two planes, square to their middle, at sites (m, 3)."""
     across = _across(one, other)
     heights = [

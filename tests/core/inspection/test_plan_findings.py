@@ -101,6 +101,7 @@ def honest(number: int) -> Plan:
         item("apex", "angle", "CONE", nominal=60.0, lower=-0.5, upper=0.5),
         item("square", "angle", "TOP LEFT", nominal=90.0, lower=-0.2, upper=0.2),
         item("high", "distance", "TOP BASE", nominal=height, lower=-0.1),
+        item("thick", "thickness", "TOP BASE", nominal=height, lower=-0.1),
         item("apart", "distance", "", nominal=round(x2 - x1, 4), lower=-0.1),
         item("off", "distance", "LEFT", nominal=x2, lower=-0.1),
         item("flat", "form", "TOP"),
@@ -369,3 +370,14 @@ def test_proposed_limits_block_a_release_until_a_person_sets_them(tmp_path: Path
         made = replace_item(plan, "new", _other(old, "new", other))
         assert made.characteristics[-1].limits == "set"
         assert not plan_findings(made)
+
+
+def test_a_side_and_its_far_side_by_a_sheet_are_two_surfaces() -> None:
+    plan = honest(0)
+    behind = feature("BEHIND", Shape.PLANE, (0.0, 20.0, 10.0), sheet=2.0, sheet_limit=0.1)
+    near = feature("NEAR", Shape.PLANE, (0.0, 20.0, 10.0))
+    both = msgspec.structs.replace(plan, features=[*plan.features, near, behind])
+    assert not [one for one in plan_findings(both) if "same plane" in one.what]
+    again = msgspec.structs.replace(near, name="AGAIN")
+    both = msgspec.structs.replace(plan, features=[*plan.features, near, again])
+    assert [one for one in plan_findings(both) if "same plane" in one.what]

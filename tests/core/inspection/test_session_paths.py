@@ -6,15 +6,18 @@ from dataclasses import replace
 from pathlib import Path as File
 
 import msgspec
+import numpy as np
 import pytest
 
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import RigidTransform, rotation_from_vector
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan, step_fault
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.inspection.session._path_intake import thinning_of
 from ocmm_core.measuring import (
     MeasuredPoint,
     Path,
@@ -170,3 +173,59 @@ def test_only_surfaces_have_paths() -> None:
     fault = step_fault(msgspec.structs.replace(line, spacing=1.0), "approach")
     assert fault is not None
     assert fault[0] == "spacing"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"interval": 0.1, "turn_deg": 5.0}, "one of"),
+        ({"interval": -0.1}, "to 10 s"),
+        ({"turn_deg": 120.0}, "90 degrees"),
+        ({"gates": (1.0, 0.0, 0.0), "spacing": 0.0}, "is missing"),
+    ],
+)
+def test_options_of_paths_are_checked(options: dict[str, object], words: str) -> None:
+    feature = planned(load_plan(PLAN)).features[0]
+    fault = step_fault(msgspec.structs.replace(feature, **options), "approach")
+    assert fault is not None
+    assert fault[0] == "spacing"
+    assert words in fault[1]
+
+
+@pytest.mark.parametrize("options", [{"interval": 0.5}, {"turn_deg": 20.0}])
+def test_a_path_is_thinned_as_the_plan_says(
+    sliding: Bench, quick_paths: tuple[Path, ...], options: dict[str, float]
+) -> None:
+    counts = []
+    for number, chosen in enumerate(({}, options)):
+        features = [msgspec.structs.replace(one, **chosen) for one in sliding.plan.features]
+        plan = msgspec.structs.replace(sliding.plan, features=features)
+        with sliding.job_at(sliding.folder / f"thinned_{number}.ocmm") as job:
+            session = InspectionSession(plan, sliding.rig, sliding.body, job, SessionOptions())
+            assert isinstance(session.paths.record_path(quick_paths[0]), MeasuredPoint)
+            counts.append(len(session.stored_points()[0]))
+    assert 3 <= counts[1] < counts[0]
+
+
+def test_gates_need_the_part_frame(sliding: Bench, quick_paths: tuple[Path, ...]) -> None:
+    features = [
+        msgspec.structs.replace(one, gates=(1.0, 0.0, 0.0)) for one in sliding.plan.features
+    ]
+    plan = msgspec.structs.replace(sliding.plan, features=features)
+    with sliding.job() as job:
+        session = InspectionSession(plan, sliding.rig, sliding.body, job, SessionOptions())
+        found = refused(session, quick_paths[0])
+        assert found.code is RefusalCode.NO_APPROACH
+        assert "gates" in found.what
+
+
+def test_gates_lie_where_the_plan_says() -> None:
+    feature = msgspec.structs.replace(
+        planned(load_plan(PLAN)).features[0], gates=(0.0, 2.0, 0.0), point=(0.0, 7.0, 0.0)
+    )
+    place = RigidTransform(rotation_from_vector(np.array([0.3, -0.2, 1.1])), np.array([5, 6, 7.0]))
+    rule = thinning_of(feature, place)
+    assert rule is not None
+    assert rule.gates is not None
+    assert place.rotation @ rule.gates == pytest.approx([0.0, 1.0, 0.0])
+    assert place.apply(rule.start) == pytest.approx([0.0, 7.0, 0.0])

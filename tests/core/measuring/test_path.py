@@ -15,7 +15,10 @@ from ocmm_core.measuring import (
     PathCollector,
     PathPoints,
     PathSurface,
+    Thinning,
+    _path_points,
     points_along,
+    thinned,
     transported,
 )
 from ocmm_core.measuring._path_points import _bend
@@ -53,7 +56,7 @@ def on_circle(block: TrackBlock, radius: float, spacing: float = 1.0) -> PathPoi
     flat = path.ticks.tip_world * [1.0, 1.0, 0.0]
     lengths = np.linalg.norm(flat, axis=1)
     surface = PathSurface(flat / lengths[:, None], lengths - radius)
-    return points_along(path.ticks, surface, spacing)
+    return points_along(path.ticks, surface, Thinning(spacing))
 
 
 def test_a_path_does_not_depend_on_how_the_stream_is_cut(
@@ -211,3 +214,74 @@ def test_the_average_of_a_bent_piece_is_put_back_on_it(
     found = _bend(piece, np.array([0.0, 0.0, 1.0]), share)
     assert found == pytest.approx(missing, rel=0.05)
     assert abs(missing) > 1e-4
+
+
+def sliding(*corners: tuple[float, float], speed: float = 20.0) -> tuple[Float, Float]:
+    """Return ball centres every 2.5 ms along straight pieces, with a noise of 1 um, and times."""
+    places = np.array(corners)
+    lengths = np.append(0.0, np.linalg.norm(np.diff(places, axis=0), axis=1).cumsum())
+    at = np.arange(0.0, lengths[-1], 0.0025 * speed)
+    path = np.stack([np.interp(at, lengths, places[:, k]) for k in range(2)] + [0.0 * at], axis=1)
+    path += 1e-3 * np.random.default_rng(4).normal(size=path.shape)
+    return np.asarray(path), np.asarray(0.0025 * np.arange(len(at)))
+
+
+def test_points_by_time_are_no_nearer_than_the_time_and_the_distance() -> None:
+    slow, fast = sliding((0, 0), (20, 0), speed=4.0), sliding((0, 0), (20, 0), speed=40.0)
+    rule = Thinning(1.0, interval_s=0.1)
+    for (path, time_s), step in ((slow, 1.0), (fast, 4.0)):
+        chosen, back = thinned(path, time_s, rule)
+        steps = np.linalg.norm(np.diff(path[chosen], axis=0), axis=1)
+        # Half a tick of path, and noise.
+        assert steps == pytest.approx(np.full(len(steps), step), abs=0.11)
+        assert np.diff(time_s[chosen]).min() >= 0.1 - 1e-12
+        assert back == 0.0
+
+
+def test_points_by_change_of_direction_are_dense_in_bends() -> None:
+    turn = np.linspace(0.0, np.pi, 60)
+    bend = [(60.0 + 6.0 * np.sin(a), 6.0 - 6.0 * np.cos(a)) for a in turn]
+    path, time_s = sliding((0, 0), *bend, (0, 12))
+    chosen, _ = thinned(path, time_s, Thinning(1.0, turn=np.radians(15.0)))
+    bent = path[chosen, 0] > 60.5
+    # Half a turn of radius 6 mm: 180 / 15 points; straight, one in 10 mm.
+    assert 9 <= int(bent.sum()) <= 13
+    assert 10 <= int((~bent).sum()) <= 16
+    plain, _ = thinned(path, time_s, Thinning(1.0))
+    assert len(plain) > 5 * len(chosen)
+
+
+def test_gates_give_points_on_planes_once_and_in_one_direction() -> None:
+    path, time_s = sliding((-0.6, 0), (20.3, 4), (12, 5), (31, 6))
+    rule = Thinning(2.0, gates=np.array([1.0, 0.0, 0.0]), start=np.zeros(3))
+    chosen, back = thinned(path, time_s, rule)
+    assert path[chosen, 0] == pytest.approx(2.0 * np.arange(16), abs=0.06)
+    # 8.3 mm back, and what lies there is passed twice.
+    assert back == pytest.approx(8.3, abs=0.5)
+
+
+def test_gates_passed_without_contact_give_no_point() -> None:
+    path, time_s = sliding((-0.6, 0), (21, 0))
+    seen = (path[:, 0] < 5.0) | (path[:, 0] > 9.0)
+    rule = Thinning(2.0, gates=np.array([1.0, 0.0, 0.0]), start=np.zeros(3))
+    chosen, _ = thinned(path[seen], time_s[seen], rule)
+    expected = [0, 2, 4, 10, 12, 14, 16, 18, 20]
+    assert path[seen][chosen, 0] == pytest.approx(expected, abs=0.06)
+
+
+def test_a_long_path_keeps_its_gates_on_the_planes_of_the_plan(
+    tracked: Tracked, scatter: Callable[..., Float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a path of more than 2,000 points; of fewer here, to be quick."""
+    monkeypatch.setattr(_path_points, "MOST_POINTS", 10)
+    tips = scatter(np.random.default_rng(2), 15_000)
+    tips[:, 0] += 30.0 * PERIOD_S * np.arange(15_000)
+    (path,) = paths_of(pressed(tracked, tips), [])
+    assert path.ticks is not None
+    count = len(path.ticks)
+    flat = PathSurface(np.tile([0.0, 0.0, 1.0], (count, 1)), np.zeros(count))
+    found = points_along(path.ticks, flat, Thinning(2.0, gates=np.array([1.0, 0.0, 0.0])))
+    places = np.array([one.tip_world[0] for one in found.stations])
+    # 45 mm in at most 10 points: each third of the planes.
+    assert len(places) >= 7
+    assert places == pytest.approx(6.0 * np.round(places / 6.0), abs=0.2)

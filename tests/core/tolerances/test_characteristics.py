@@ -55,6 +55,7 @@ KNOWN: list[tuple[Characteristic, float]] = [
     (asked("distance", "ball,pin"), float(np.hypot(80.02, 0.01))),
     (asked("distance", "pin,left"), 50.0),
     (asked("distance", "ball,pin", axis="z"), 25.02),
+    (asked("thickness", "lug plus,lug minus"), 20.02),
     (asked("parallelism", "steep", "top"), 40.0 * np.sin(TILT)),
     (asked("parallelism", "pin", "hole"), 0.0),
     (asked("parallelism", "left", "pin"), 0.0),

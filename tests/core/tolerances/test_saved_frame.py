@@ -27,7 +27,7 @@ from ocmm_core.alignment import (
 from ocmm_core.errors import InputError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import FRAME, factors_of_matrix, rigid_movement
+from ocmm_core.measuring import FRAME, factors_of_matrix
 from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.zones import Frames
@@ -67,7 +67,8 @@ def _handed_on(rng: np.random.Generator) -> SavedFrame:
 def _by_frame(rule: SavedFrame) -> Float:
     doubt = doubt_of(rule)
     assert doubt is not None
-    by = rigid_movement(GROUP.points, doubt)
+    by = doubt.contribution(GROUP.points).by
+    assert by is not None
     joint: Float = by @ doubt.covariance @ by.T
     return joint
 
