@@ -38,6 +38,7 @@ _ALL = (
     Option("customer", "", "For whom."),
     Option("json_file", None, "Write the recall to this file, sealed.", flags="--json"),
     Option("pdf_file", None, "Write the recall report to this file.", flags="--pdf"),
+    Option("json", False, "Print one JSON object instead of the table."),
     Option("unit", "", "Unit of the lengths in the file, in place of the stated one: inch."),
     Option("columns", "", "Meaning of each column, '-' for one that is not read: name,x,y,z,-."),
     Option("decimal", "", "Decimal sign of the file: point or comma."),

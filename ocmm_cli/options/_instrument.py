@@ -247,10 +247,6 @@ TABLE = {
         Option("seed", 1, "Seed of the poses.", "seed"),
         Option("out", Path("ocmm-out"), "Folder for the figures."),
     ),
-    "probe pivot": (
-        argument("files", ..., "Tables of poses, one for each place of the tip."),
-        Option("json", False, "Print one JSON object instead of the table."),
-    ),
     "station doctor": (
         Option("interface", "", "Network adapter of the cameras. Default: that of the service "
                "(/etc/ocmm/bus.env)."),

@@ -94,8 +94,8 @@ TABLE = {
         Option("shape", ..., "Shape to fit."),
         Option("criterion", "least-squares", "Association criterion.", choices=CRITERIA),
         Option("free", False, "Circle: fit in space as one problem, not plane first."),
-        Option("json", False, "Print one JSON object instead of the table."),
     ),
+    "probe pivot": (argument("files", ..., "Tables of poses, one for each place of the tip."),),
     "verify-fits": (
         argument("folder", ..., "Folder with pairs NAME.ds and NAME.fit.", metavar="DIR"),
         Option("convention", "any", "Convention of the certified values: nist has diameters and "
