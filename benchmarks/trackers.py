@@ -155,6 +155,10 @@ class TrackerSite:
             self.now,
         )
         self.play(procedure, rig, lambda site: scenes_of_tracker(site, rig, procedure.view))
+        gate = procedure.base.step.gate
+        if procedure.base.current < len(procedure.base.steps) - 1:
+            why = f"{gate.reason} {procedure.base.live.hint}"
+            raise CalibrationError("benchmark.refused", why, gate.remedy)
         procedure.compute()
         procedure.accept(self.now, "measured")
 
@@ -269,7 +273,11 @@ def session(seed: int, scale: float) -> Result:
     other = load_bar(resource("artefacts", "bar.toml"))
     with tempfile.TemporaryDirectory() as folder:
         site = TrackerSite(Path(folder), *drawn(seed), seed, scale)
-        site.calibrate()
+        try:
+            site.calibrate()
+        except CalibrationError as error:
+            print(f"seed {seed} refused: {error.what}", flush=True)
+            return Result(("refused",))
         result = Result(site.verify(bar))
         judged = site.store.verifications()[-1].scale
         assert judged is not None
@@ -322,7 +330,7 @@ def main() -> int:
         print(f"{name}: scale named {accused} of {options.n}, valid at the end {passed}, points in "
               f"the 95 % ellipsoid {100.0 * inside:.1f} % of {np.isfinite(squares).sum()}; "
               f"objections {sorted(set(others))}; error of the scale "
-              f"{np.std([one.scale for one in results]):.2f} u")  # fmt: skip
+              f"{np.std([one.scale for one in results]):.2f} u", flush=True)  # fmt: skip
         counts[name] = accused, inside
     honest, wrong = counts.values()
     broken = wrong[0] < 0.95 * options.n or honest[0] > 0.02 * options.n
