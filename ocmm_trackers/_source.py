@@ -138,7 +138,7 @@ class TrackerSource:
         except AcquisitionError as error:
             if error.code not in _CONNECTION:
                 raise
-            self._interrupted = f"{error.what} {error.remedy}"
+            self._interrupted = error.what
             self._connecting = self._connect(min(self._connect_s, _RECONNECT_S), _RETRY_S)
             return Cycle(CycleVerdict.LATE, self._interrupted)
 

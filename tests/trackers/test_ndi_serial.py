@@ -7,11 +7,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 
 import pytest
 
 from ocmm_core.camera import load_rig, load_tracker
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import AcquisitionError, InputError
 from ocmm_sim.trackers import NdiEncoder, Newest
@@ -25,6 +26,7 @@ from tests.trackers.tracker_bench import (
     require_gap,
     source_to,
 )
+from tests.waiting import wait_until
 
 _NDI = resource("rigs", "tracker_ndi.toml")
 _RIG = load_rig(_NDI)
@@ -119,6 +121,37 @@ def test_the_line_comes_back(fault: str, fastest: int, words: str, tmp_path: Pat
     require_gap(before, after, passed_s)
     good, bad = device.judge(after, _RIG)
     assert (good >= 9, bad) == (True, 0)
+
+
+def test_the_readout_is_empty_and_comes_back(tmp_path: Path) -> None:
+    """The whole station, with the reader in its own process."""
+    encoder = NdiEncoder(load_tracker(_NDI))
+    tracker = SerialTracker(encoder, tmp_path / "tty")
+    device = LiveDevice(tracker, encoder)
+    with device.running():
+        built = build_station(
+            StationRequest(
+                plan=resource("plans", "demo.toml"), out=tmp_path, rig=_NDI, uncalibrated=True,
+                source=f"ndi:{tracker.path}", calibrations=tmp_path, probes=tmp_path,
+            )
+        )  # fmt: skip
+        station = built.station
+        try:
+            station.start()
+            wait_until(lambda: station.looks.live().tip_world is not None)
+            device.order(tracker.restart)
+            reasons, gone = set[str](), False
+            while not gone or station.looks.live().tip_world is None:
+                sent_s, view = device.sent_s, station.looks.live()
+                gone = gone or view.tip_world is None
+                # After 0.3 s; the rest is for a busy computer.
+                assert view.tip_world is None or monotonic() - sent_s < 1.0
+                assert monotonic() - device.sent_s < _WITHIN_S
+                reasons.add(view.reason)
+                sleep(5e-3)
+        finally:
+            station.close()
+    assert any("has sent nothing for 1 s" in one for one in reasons), reasons
 
 
 def refusal(path: Path) -> AcquisitionError:

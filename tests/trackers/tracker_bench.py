@@ -205,6 +205,8 @@ class LiveDevice:
         self.places: np.ndarray = places_of(np.random.default_rng(1))
         self.still = False
         """Its time stamps stand still."""
+        self.sent_s = 0.0
+        """When its last frame left, on the monotonic clock."""
         self.rate_hz: float = encoder.document.frame_rate_hz
         self._errors = MarkerErrors(encoder.document, 1)
         self._orders: list[Callable[[], object]] = []
@@ -221,7 +223,7 @@ class LiveDevice:
             if self.server.accepted() and number > sent:
                 time_ns = self.first_ns + (0 if self.still else round(number * 1e9 / self.rate_hz))
                 self.server.send(self.encoder.frame(self._errors.reported(self.places), time_ns))
-                sent = number
+                sent, self.sent_s = number, monotonic()
             sleep(min(1e-3, 0.3 / self.rate_hz))
 
     def order(self, act: Callable[[], object]) -> None:
