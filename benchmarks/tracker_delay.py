@@ -65,9 +65,10 @@ class Sender:
             frame = self._encoder.frame(
                 errors.reported(shifted(number % _CODES)), _FIRST_NS + round(number * 1e9 / rate_hz)
             )
+            # Known before the readout can contain it.
             self.sent[number] = time.monotonic()
-            self.server.send(frame)
             self.last = before = number
+            self.server.send(frame)
 
     def close(self) -> None:
         """End the frames."""
@@ -115,6 +116,8 @@ def delays(protocol: str, rate_hz: int, seconds: float, folder: Path) -> list[fl
                 found.append(now - sent_s)
             before = view.frame_counter
             time.sleep(1e-3)
+        if not found:
+            print(f"{protocol} {rate_hz} Hz: {station.looks.live().reason}")
     finally:
         station.close()
         sender.close()
@@ -127,6 +130,6 @@ def report(seconds: float) -> None:
         for rate_hz in RATES_HZ if protocol != "ndi" else RATES_HZ[:1]:
             with tempfile.TemporaryDirectory() as folder:
                 found = 1000.0 * np.array(delays(protocol, rate_hz, seconds, Path(folder)))
-            median, p99, most = np.percentile(found, [50, 99, 100])
+            median, p99, most = np.percentile(found, [50, 99, 100]) if len(found) else [np.nan] * 3
             print(f"{protocol:<6} {rate_hz:>3} Hz  N = {len(found):>5}  median {median:5.1f} ms  "
                   f"p99 {p99:5.1f} ms  maximum {most:5.1f} ms", flush=True)  # fmt: skip
