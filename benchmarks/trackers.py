@@ -1,13 +1,15 @@
 """Whole sessions with optical trackers: noise measured, scale verified and corrected.
 
     python -m benchmarks.trackers [--n SESSIONS] [--seed FIRST] [--probes SESSIONS]
+    python -m benchmarks.trackers --delay SECONDS
 
 Each session draws a tracker (place errors, noise, bar) whose document states noise that is wrong by
 a factor of 0.5 to 2, measures it (`ocmm calibrate tracker`), verifies it with the length bar, and
 measures lengths at other places. Half of the trackers have a scale that is wrong by 300 um/m; that
 is corrected by the failed verification, and verified again with another bar. Ends with 1 if more
 than 5 % of the scale errors are missed, more than 2 % of the honest trackers are refused for their
-scale, or fewer than 93 % of the squared errors of points are within the 95 % limit.
+scale, or fewer than 93 % of the squared errors of points are within the 95 % limit. ``--delay``:
+the time from a packet to the readout, by protocol and rate; it passes or fails nothing.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ import msgspec
 import numpy as np
 from scipy.stats import chi2
 
+from benchmarks import tracker_delay
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.cameras import TrackerProcedure, TrackerSetup, correct_scale
 from ocmm_core.calibration.guided import Procedure, SessionSite
@@ -155,6 +158,10 @@ class TrackerSite:
             self.now,
         )
         self.play(procedure, rig, lambda site: scenes_of_tracker(site, rig, procedure.view))
+        gate = procedure.base.step.gate
+        if procedure.base.current < len(procedure.base.steps) - 1:
+            why = f"{gate.reason} {procedure.base.live.hint}"
+            raise CalibrationError("benchmark.refused", why, gate.remedy)
         procedure.compute()
         procedure.accept(self.now, "measured")
 
@@ -269,7 +276,11 @@ def session(seed: int, scale: float) -> Result:
     other = load_bar(resource("artefacts", "bar.toml"))
     with tempfile.TemporaryDirectory() as folder:
         site = TrackerSite(Path(folder), *drawn(seed), seed, scale)
-        site.calibrate()
+        try:
+            site.calibrate()
+        except CalibrationError as error:
+            print(f"seed {seed} refused: {error.what}", flush=True)
+            return Result(("refused",))
         result = Result(site.verify(bar))
         judged = site.store.verifications()[-1].scale
         assert judged is not None
@@ -307,7 +318,11 @@ def main() -> int:
     parser.add_argument("--n", type=int, default=100, help="Sessions of each kind.")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--probes", type=int, default=0, help="Only that many swept probes.")
+    parser.add_argument("--delay", type=float, default=0.0, help="Only the delay, each that long.")
     options = parser.parse_args()
+    if options.delay:
+        tracker_delay.report(options.delay)
+        return 0
     if options.probes:
         return probes(options.seed, options.probes)
     counts = {}
@@ -322,7 +337,7 @@ def main() -> int:
         print(f"{name}: scale named {accused} of {options.n}, valid at the end {passed}, points in "
               f"the 95 % ellipsoid {100.0 * inside:.1f} % of {np.isfinite(squares).sum()}; "
               f"objections {sorted(set(others))}; error of the scale "
-              f"{np.std([one.scale for one in results]):.2f} u")  # fmt: skip
+              f"{np.std([one.scale for one in results]):.2f} u", flush=True)  # fmt: skip
         counts[name] = accused, inside
     honest, wrong = counts.values()
     broken = wrong[0] < 0.95 * options.n or honest[0] > 0.02 * options.n

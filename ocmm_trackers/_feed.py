@@ -9,13 +9,18 @@ from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
+from ocmm_core.host import require_linux
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe
-from ocmm_trackers._process import PROTOCOLS, TrackerConfig, tracker_command, tracker_description
-from ocmm_trackers._proof import flatness
+from ocmm_trackers._frames import flatness
+from ocmm_trackers._process import tracker_command
+from ocmm_trackers._source import PROTOCOLS, TrackerConfig, tracker_description
 
 _FLAT_SIGMAS = 20.0
 """LEDs nearer to one plane, in standard deviations of a marker, do not prove the handedness."""
+
+_NETWORK_S, _SERIAL_S = 5.0, 8.0
+"""Wait for the first reply; after a break a device starts again."""
 
 
 def tracker_config(
@@ -50,6 +55,7 @@ def tracker_config(
         serials=tuple(one.serial for one in rig.cameras),
         period_ns=round(1e9 / rig.frame_rate_hz),
         n_slots=slots,
+        connect_s=_NETWORK_S if port else _SERIAL_S,
     )
     return config, ring
 
@@ -64,9 +70,19 @@ def tracker_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
 
 
 def _address(protocol: str, value: str) -> tuple[str, int]:
+    """Return host and port, or a serial line and 0."""
     usual = PROTOCOLS[protocol].port
+    if value.startswith("/") and PROTOCOLS[protocol].serial:
+        require_linux("A serial line")
+        return value, 0
     host, _, port = value.rpartition(":") if ":" in value else (value, "", str(usual))
-    if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 1 << 16:
+    if (
+        not host
+        or "/" in host
+        or not port.isascii()
+        or not port.isdigit()
+        or not 0 < int(port) < 1 << 16
+    ):
         raise InputError(
             "tracker.address",
             f"{value!r} is no host with a port.",

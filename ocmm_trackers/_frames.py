@@ -1,20 +1,22 @@
-"""Markers of messages joined to frames by their time; every one is in one account."""
+"""Markers joined to frames by their time, and unit and axes proven by the known probe."""
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from enum import Enum, auto
+from itertools import combinations
 
 import numpy as np
 
 from ocmm_core.camera import TrackerDocument
 from ocmm_core.errors import AcquisitionError
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, rigid_fit
 from ocmm_trackers._messages import MarkerPlace, Pose
 
 _RESTART_NS = 1_000_000_000
 _PAUSE_NS = 60_000_000_000
-_MOST_LATE = 100
+_MOST_OLD = 100
 _FARTHEST = 1e7
 """mm; no tracker reaches so far, also with coordinates in mm read as metres."""
 _SHOWN = 6
@@ -69,13 +71,17 @@ class FrameBuilder:
             * document.noise.scale
             * np.array([1.0, 1.0, 1.0 if document.handedness == "right" else -1.0])
         )
-        self._open_ns = self._last_ns = 0
-        self._raw = self._nothing()
         self._before = self._nothing()
-        self._late_running = 0
         self.strangers: dict[str, None] = {}
         """Names of markers that the document does not have, at most six."""
         self._steps: deque[int] = deque(maxlen=_RATED)
+        self.restart()
+
+    def restart(self) -> None:
+        """Accept another clock; a repeated place is still none."""
+        self._open_ns = self._last_ns = self._old_running = 0
+        self._raw = self._nothing()
+        self._steps.clear()
 
     def add(self, pose: Pose, time_ns: int) -> list[MarkerFrame]:
         """Return the frames that a message completes.
@@ -93,7 +99,7 @@ class FrameBuilder:
         self._require_markers(known, time_ns)
         if time_ns <= self._last_ns:
             return self._refuse_old(len(known), time_ns)
-        self._late_running = 0
+        self._old_running = 0
         found = []
         if self._open_ns and time_ns > self._open_ns:
             found += self._complete()
@@ -129,17 +135,23 @@ class FrameBuilder:
             )
 
     def _refuse_old(self, count: int, time_ns: int) -> list[MarkerFrame]:
+        self._old_running += 1
         if time_ns == self._last_ns:
             self.account.doubled += count
+            if self._old_running > _MOST_OLD:
+                raise AcquisitionError(
+                    "tracker.no_time",
+                    "The time stamps of the tracker stand still.",
+                    "Let the sender stamp each exposure with its own time.",
+                )
             return []
         self.account.late += count
-        self._late_running += 1
-        if self._last_ns - time_ns > _RESTART_NS or self._late_running > _MOST_LATE:
+        if self._last_ns - time_ns > _RESTART_NS or self._old_running > _MOST_OLD:
             raise AcquisitionError(
                 "tracker.clock_step",
                 f"The clock of the tracker went back by {(self._last_ns - time_ns) * 1e-9:.3f} s: "
                 "it was started again, or its time was set.",
-                "Let the tracker warm up, then open the job again.",
+                "Let the tracker warm up before the next point.",
             )
         return []
 
@@ -162,13 +174,14 @@ class FrameBuilder:
     def _complete(self) -> list[MarkerFrame]:
         raw, time_ns = self._raw, self._open_ns
         self._raw, self._open_ns = self._nothing(), 0
+        first = not self._last_ns
         step, self._last_ns = time_ns - self._last_ns, time_ns
-        if self.account.frames or self.account.frames_lost:
+        if not first:
             if step > _PAUSE_NS:
                 raise AcquisitionError(
                     "tracker.clock_step",
                     f"The clock of the tracker went on by {step * 1e-9:.0f} s between two frames.",
-                    "Let the tracker warm up, then open the job again.",
+                    "Let the tracker warm up before the next point.",
                 )
             self.account.frames_lost += max(0, round(step / self._period_ns) - 1)
             self._require_rate(step)
@@ -196,3 +209,108 @@ class FrameBuilder:
                 f"{self._document.frame_rate_hz}.",
                 "Correct 'frame_rate_hz' in the document, or the rate of the device.",
             )
+
+
+_GATE = 6.0
+"""Standard deviations of a marker, for distances and residuals."""
+_APART = 3.0
+"""A mirrored body fits worse than the body by this factor."""
+_WRONG_UNIT = 50.0
+_MOST_MARKERS = 10
+LEAST_MARKERS = 4
+
+
+class GeometryProof(Enum):
+    """Result of comparing markers with a probe."""
+
+    UNKNOWN = auto()
+    PROVEN = auto()
+    TOO_SMALL = auto()
+    TOO_LARGE = auto()
+    MIRRORED = auto()
+
+
+def flatness(leds: Float) -> float:
+    """Return the RMS distance of LEDs (L, 3) from their plane, mm."""
+    return float(np.linalg.svd(leds - leds.mean(axis=0))[1][2] / np.sqrt(len(leds)))
+
+
+def judge_geometry(places: Float, leds: Float, sigma: float) -> GeometryProof:
+    """Return whether markers (M, 3), NaN if not seen, prove unit and handedness.
+
+    ``leds`` (L, 3): of the probe; ``sigma``: largest standard deviation of a marker; mm.
+    """
+    seen = places[np.isfinite(places[:, 0])][:_MOST_MARKERS]
+    if len(seen) < 3:
+        return GeometryProof.UNKNOWN
+    between, known = _distances(seen), _distances(leds)
+    if between.max() * _WRONG_UNIT < known.max():
+        return GeometryProof.TOO_SMALL
+    if np.min(between + 1e12 * np.eye(len(seen))) > _WRONG_UNIT * known.max():
+        return GeometryProof.TOO_LARGE
+    gate = _GATE * np.sqrt(2.0) * sigma
+    best: list[tuple[int, int]] = []
+    for i, j, k in combinations(range(len(seen)), 3):
+        for a, b in np.argwhere(np.abs(known - between[i, j]) <= gate).tolist():
+            near = np.abs(known[[a, b]] - between[[i, j], k][:, None]) <= gate
+            for c in np.flatnonzero(near.all(axis=0)).tolist():
+                if len({a, b, c}) == 3:
+                    pairs = _extended(between, known, gate, [(i, a), (j, b), (k, c)])
+                    best = max(best, pairs, key=len)
+        if len(best) == min(len(seen), len(leds)):
+            break
+    if len(best) < LEAST_MARKERS:
+        return GeometryProof.UNKNOWN
+    of_markers, of_leds = (list(one) for one in zip(*best, strict=True))
+    plain, mirrored = (
+        _residual(seen[of_markers], leds[of_leds] * sign) for sign in ([1, 1, 1], [1, 1, -1])
+    )
+    if plain <= _GATE * sigma and mirrored > _APART * _GATE * sigma:
+        return GeometryProof.PROVEN
+    if mirrored <= _GATE * sigma and plain > _APART * _GATE * sigma:
+        return GeometryProof.MIRRORED
+    return GeometryProof.UNKNOWN
+
+
+def refuse(found: GeometryProof, unit: str) -> None:
+    """Raise AcquisitionError if the probe contradicts unit or axes of the document."""
+    if found in (GeometryProof.TOO_SMALL, GeometryProof.TOO_LARGE):
+        raise AcquisitionError(
+            "tracker.unit",
+            "The distances between the markers are far smaller or larger than those of the "
+            f"probe: the tracker does not send coordinates in {unit}, as its document says.",
+            "Correct 'device_unit' in the document of the tracker.",
+        )
+    if found is GeometryProof.MIRRORED:
+        raise AcquisitionError(
+            "tracker.handedness",
+            "The markers are a mirror image of the probe: the axes of the tracker have another "
+            "handedness than its document says.",
+            "Correct 'handedness' in the document of the tracker, or its axes.",
+        )
+
+
+def _distances(points: Float) -> Float:
+    found: Float = np.linalg.norm(points[:, None] - points, axis=2)
+    return found
+
+
+def _extended(
+    between: Float, known: Float, gate: float, pairs: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Return pairs of marker and LED with all that have the same distances from them."""
+    for marker in range(len(between)):
+        for led in range(len(known)):
+            if all(
+                marker != other and led != chosen
+                and abs(between[marker, other] - known[led, chosen]) <= gate
+                for other, chosen in pairs
+            ):  # fmt: skip
+                pairs = [*pairs, (marker, led)]
+    return pairs
+
+
+def _residual(places: Float, leds: Float) -> float:
+    """Return the largest residual of a rigid fit, mm."""
+    rotation, shift = rigid_fit(leds, places)
+    return float(np.linalg.norm(places - leds @ rotation.T - shift, axis=1).max())

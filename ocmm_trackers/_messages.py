@@ -80,6 +80,12 @@ class Decoder(ABC):
     port: ClassVar[int]
     """If the source names none."""
     datagrams: ClassVar[bool] = False
+    serial: ClassVar[bool] = False
+    """It is spoken on serial lines also."""
+    silence_s: ClassVar[float] = 5.0
+    """Time without message after which the connection is made again."""
+    baud = 0
+    """Speed of a serial line; 0: network."""
     ready = True
     """The device has answered all requests before its first frame."""
     wait_s = 0.1

@@ -204,8 +204,7 @@ class QtmDecoder(Decoder):
             raise AcquisitionError(
                 "qtm.refused",
                 f"Qualisys Track Manager refused the request: {text}.",
-                "Open a project, start a new measurement (or its preview), then open the job "
-                "again.",
+                "Open a project, and start a new measurement (or its preview).",
             )
         if kind in (_ERROR, _END):
             return [Message("status", self.name, 0, DeviceStatus(0, text))]

@@ -76,6 +76,17 @@ def checksum_ndi(content: bytes | bytearray) -> int:
     return rest
 
 
+def command_of(text: str) -> bytes:
+    """Return a command with its checksum."""
+    return f"{text}{checksum_ndi(text.encode()):04X}\r".encode()
+
+
+def text_of(line: bytes) -> str:
+    """Return the text of a reply without its end; empty if its checksum is wrong."""
+    good = line[-4:] == f"{checksum_ndi(line[:-4]):04X}".encode()
+    return printable(line[:-4]) if good else ""
+
+
 def read_bx(body: bytes) -> list[NdiFrame]:
     """Return the frame of a reply to BX with poses, markers of tools and strays (option 1009)."""
     cursor, found, number = Cursor(body), NdiFrame(0), 0
@@ -182,7 +193,11 @@ _UNKNOWN = ("ERROR01", "ERROR07")
 _SHORT, _LONG = 0xA5C4, 0xA5C8
 """Starts of binary replies, by the size of their length."""
 _MOST_TEXT, _MOST_BINARY = 1 << 13, 1 << 16
-_WAIT_S, _REPEAT_S = 0.1, 1.0
+_WAIT_S, _REPEAT_S, _AGAIN_S = 0.1, 1.0, 0.2
+"""Wait for bytes, and for the whole reply: to a command, to a poll."""
+_MOST_DAMAGED = 20
+_FAST_BAUD = 200_000
+"""Slower lines do not carry the replies to BX2 at 60 Hz, but those to BX."""
 _PAUSE = 0.1
 """Wait before the next poll after one without a new frame, in periods."""
 _HIGHEST = 1e7
@@ -191,6 +206,8 @@ _FARTHEST_MM = 20.0
 """Way of a marker between two frames, beyond that of the others: 1.2 m/s at 60 Hz."""
 _KEPT = 30
 """Frames for which the name of a hidden marker is kept."""
+_MOST_STRAYS = 128
+"""Of a frame, and half of their names; others have none."""
 
 
 class NdiDecoder(Decoder):
@@ -198,14 +215,16 @@ class NdiDecoder(Decoder):
 
     name, port = "NDI", 8765
     ready = False
+    silence_s = 1.0
+    serial = True
 
     def __init__(self, document: TrackerDocument) -> None:
         super().__init__(document)
         self._queue, self._polls = deque(_START), deque(_POLLS)
         self._sent, self._repeat_s, self._next_s = "", 0.0, 0.0
         self._paused, self._pause_s = False, _PAUSE / document.frame_rate_hz
-        self._last_ns = 0
-        self._names = StrayNames()
+        self._last_ns = self._damaged = 0
+        self._names = StrayNames(len(document.markers))
 
     def requests(self, now_s: float) -> bytes:
         """Return the next command, or the last one again if no reply came."""
@@ -213,9 +232,12 @@ class NdiDecoder(Decoder):
             self._next_s, self._paused = now_s + self._pause_s, False
         if now_s < (self._repeat_s if self._sent else self._next_s):
             return b""
+        if self._sent:
+            # Part of a reply may have arrived, without the rest.
+            self._buffer.clear()
         self._sent = self._sent or (self._queue or self._polls)[0]
-        self._repeat_s, self.wait_s = now_s + _REPEAT_S, _WAIT_S
-        return f"{self._sent}{checksum_ndi(self._sent.encode()):04X}\r".encode()
+        self._repeat_s, self.wait_s = now_s + (_REPEAT_S if self._queue else _AGAIN_S), _WAIT_S
+        return command_of(self._sent)
 
     def _cut(self) -> bytes | None:
         start = int.from_bytes(self._buffer[:2], "little")
@@ -225,7 +247,11 @@ class NdiDecoder(Decoder):
                 return None
             _, size, stated = form.unpack_from(self._buffer)
             if size > _MOST_BINARY or checksum_ndi(self._buffer[: form.size - 2]) != stated:
-                raise self._foreign()
+                self._buffer.clear()
+                self.account.received += 1
+                self.account.damaged += 1
+                self._send_again()
+                return None
             size += form.size + 2
         else:
             size = self._buffer.find(b"\r") + 1
@@ -233,16 +259,22 @@ class NdiDecoder(Decoder):
                 raise self._foreign()
         return self._taken(size) if size else None
 
+    def _send_again(self) -> None:
+        """Let the command be sent again; AcquisitionError after many damaged replies."""
+        self._repeat_s, self._damaged = 0.0, self._damaged + 1
+        if self._damaged > _MOST_DAMAGED:
+            raise self._foreign()
+
     def _read(self, packet: bytes) -> list[Message] | None:
         head = {_SHORT: 6, _LONG: 8}.get(int.from_bytes(packet[:2], "little"), 0)
-        body, stated = packet[head:-2], int.from_bytes(packet[-2:], "little")
-        if not head:
-            body, stated = packet[:-5], int(packet[-5:-1], 16)
-        if checksum_ndi(body) != stated:
-            # The command is sent again.
-            self._repeat_s = 0.0
+        body = packet[head:-2] if head else packet[:-5]
+        sealed = checksum_ndi(body)
+        if packet[len(body) + head :] != (
+            sealed.to_bytes(2, "little") if head else f"{sealed:04X}\r".encode()
+        ):
+            self._send_again()
             raise DamagedPacketError
-        sent, self._sent = self._sent, ""
+        sent, self._sent, self._damaged = self._sent, "", 0
         text = "" if head else body.decode("ascii")
         if text.startswith(("ERROR", "RESET")):
             self._refused(sent, text)
@@ -266,8 +298,7 @@ class NdiDecoder(Decoder):
             raise AcquisitionError(
                 "ndi.refused",
                 f"The tracker answered {command} with {shown}.",
-                "Check its status lights and the tools plugged in, switch it off and on, then "
-                "open the job again.",
+                "Check its status lights and the tools plugged in, or switch it off and on.",
             )
 
     def _started(self, sent: str, reply: str) -> None:
@@ -279,6 +310,8 @@ class NdiDecoder(Decoder):
             form = "PINIT:{}" if sent == "PHSR:02" else "PENA:{}D"
             self._queue.extendleft(form.format(one) for one in handles)
         self.ready = not self._queue
+        if self.ready and 0 < self.baud < _FAST_BAUD:
+            self._polls.popleft()
 
     def _messages(self, frames: list[NdiFrame]) -> list[Message]:
         found: list[Message] = []
@@ -306,16 +339,18 @@ class StrayNames:
     """Names S1, S2, ... for stray markers, which the device lists in any order.
 
     A name connects markers of consecutive frames. Their LEDs follow from the distances between
-    the markers, as with the spots of cameras.
+    the markers, as with the spots of cameras. ``wanted``: number of names in use.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wanted: int) -> None:
+        self._wanted = wanted
         self._places = np.zeros((0, 3))
         self._hidden = np.zeros(0, np.int64)
         """Frames since a marker of this name was seen."""
 
     def named(self, places: Float) -> list[MarkerPlace]:
         """Return the markers (n, 3), mm, of the next frame with their names."""
+        places = places[:_MOST_STRAYS]
         self._hidden += 1
         away = np.linalg.norm(places[:, None] - self._places, axis=2)
         away[:, self._hidden > _KEPT] = np.inf
@@ -323,17 +358,27 @@ class StrayNames:
         cost = np.minimum(away, 2.0 * _FARTHEST_MM) ** 2
         for marker, name in zip(*scipy.optimize.linear_sum_assignment(cost), strict=True):
             names[marker] = name if away[marker, name] <= _FARTHEST_MM else -1
+        # A probe that came back elsewhere has no names in use until its old ones are free.
+        beyond = np.flatnonzero(names >= self._wanted)
+        free = np.setdiff1d(np.flatnonzero(self._hidden[: self._wanted] > _KEPT), names)
+        renamed = beyond[: len(free)]
+        self._places[free[: len(renamed)]] = self._places[names[renamed]]
+        self._hidden[names[renamed]] = _KEPT + 1
+        names[renamed] = free[: len(renamed)]
         known = names >= 0
         if known.any():
             # Hidden markers move with the others.
             self._places += (places[known] - self._places[names[known]]).mean(axis=0)
         for marker in np.flatnonzero(~known):
             free = np.setdiff1d(np.flatnonzero(self._hidden > _KEPT), names)
+            if not len(free) and len(self._hidden) == 2 * _MOST_STRAYS:
+                continue
             if not len(free):
                 free = np.array([len(self._hidden)])
                 self._places = np.vstack([self._places, places[marker]])
                 self._hidden = np.append(self._hidden, 0)
             names[marker] = free[0]
+        places, names = places[names >= 0], names[names >= 0]
         self._places[names], self._hidden[names] = places, 0
         return [
             MarkerPlace(f"S{name + 1}", (x, y, z))

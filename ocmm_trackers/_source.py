@@ -1,13 +1,14 @@
-"""A tracker as a frame source, by any of its protocols, over a stream (TCP) or datagrams (UDP)."""
+"""A tracker as a frame source, by any of its protocols, over the network or a serial line."""
 
 from __future__ import annotations
 
-import select
-import socket
+import math
 import time
+from collections.abc import Iterator
 
 import numpy as np
 
+from ocmm_core.acquisition.bus_process import ProcessConfig
 from ocmm_core.acquisition.frames import (
     Cycle,
     CycleVerdict,
@@ -15,161 +16,188 @@ from ocmm_core.acquisition.frames import (
     FrameFlag,
     SourceDescription,
 )
-from ocmm_core.camera import REACH_MM, Rig, TrackerDocument, project
+from ocmm_core.camera import REACH_MM, TrackerDocument, Vector3, project, tracker_rig
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
-from ocmm_trackers._frames import FrameBuilder, MarkerFrame
+from ocmm_trackers._frames import (
+    LEAST_MARKERS,
+    FrameBuilder,
+    GeometryProof,
+    MarkerFrame,
+    judge_geometry,
+    refuse,
+)  # fmt: skip
+from ocmm_trackers._igtl import IgtlDecoder
+from ocmm_trackers._link import SerialLink, TrackerLink
 from ocmm_trackers._messages import Decoder, DeviceStatus, Message, Pose, SensorValues
-from ocmm_trackers._proof import GeometryProof, judge_geometry, refuse
-
-_CHUNK = 1 << 16
-_MOST_WAITING = 64
-"""Packets of one read."""
-
-
-class TrackerLink:
-    """A connection to one computer, whose datagrams alone are received; OSError if it fails."""
-
-    def __init__(self, address: tuple[str, int], *, datagrams: bool, connect_s: float) -> None:
-        self._datagrams, self._address = datagrams, address
-        if datagrams:
-            self._address = (socket.gethostbyname(address[0]), address[1])
-            self._sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM)]
-        else:
-            self._sockets = [socket.create_connection(address, connect_s)]
-            # Markers that arrive late are worth less than small packets.
-            self._sockets[0].setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def send(self, data: bytes) -> None:
-        """Send bytes, as one datagram if it sends these."""
-        if self._datagrams:
-            self._sockets[0].sendto(data, self._address)
-        else:
-            self._sockets[0].sendall(data)
-
-    def receive(self, wait_s: float) -> list[bytes]:
-        """Return the bytes received within a wait, s; AcquisitionError at the end."""
-        found: list[bytes] = []
-        while len(found) < _MOST_WAITING:
-            ready = select.select(self._sockets, [], [], 0.0 if found else wait_s)[0]
-            if not ready:
-                break
-            for one in ready:
-                data, why = b"", "closed"
-                try:
-                    data, sender = one.recvfrom(_CHUNK)
-                except OSError as error:
-                    why = error.strerror or str(error)
-                if self._datagrams:
-                    found.append(data if data and sender[0] == self._address[0] else b"")
-                elif data:
-                    found.append(data)
-                else:
-                    raise AcquisitionError(
-                        "tracker.closed",
-                        f"The tracker ended the connection ({why}).",
-                        "Check its program, cable and power, then open the job again.",
-                    )
-        return found
-
-    def join(self, group: str, port: int) -> None:
-        """Receive datagrams to a multicast address also."""
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as route:
-            # Of several interfaces, the one towards the tracker.
-            route.connect(self._address)
-            local = route.getsockname()[0]
-        one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._sockets.append(one)
-        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        one.bind((group, port))
-        both = socket.inet_aton(group) + socket.inet_aton(local)
-        one.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, both)
-
-    def close(self) -> None:
-        """End the connection; idempotent."""
-        for one in self._sockets:
-            one.close()
-
+from ocmm_trackers._motion_capture import NatNetDecoder, QtmDecoder
+from ocmm_trackers._ndi import NdiDecoder
 
 _OK = 1
 _UNPROVEN = (
     "The markers do not prove unit and axes of the tracker yet: show it at least four markers of "
     "the probe, not in one plane."
 )
+_UNLIKE = (
+    "No four markers have the distances of the probe: the tool definition is another one, or the "
+    "probe is."
+)
+_CONNECTION = frozenset({
+    "ndi.no_tool", "ndi.refused", "qtm.refused", "tracker.clock_step", "tracker.closed",
+    "tracker.connect", "tracker.line_absent", "tracker.line_held", "tracker.line_rights",
+    "tracker.line_silent", "tracker.silent", "tracker.stream",
+})  # fmt: skip
+"""Errors that end while a job is open: the connection is made again. Others are of documents."""
+_RETRY_S, _RECONNECT_S = 0.2, 1.0
+
+
+PROTOCOLS: dict[str, type[Decoder]] = {
+    "igtl": IgtlDecoder, "natnet": NatNetDecoder, "ndi": NdiDecoder, "qtm": QtmDecoder,
+}  # fmt: skip
+"""By the prefixes of their sources."""
+
+
+class TrackerConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A tracker, the probe that proves its unit and axes, and the ring for its frames."""
+
+    name: str
+    protocol: str
+    """Name in `PROTOCOLS`."""
+    ring_path: str
+    host: str
+    port: int
+    """`host`, `port`: of its computer, or a serial line and 0."""
+    document: TrackerDocument
+    """As calibrated."""
+    leds: tuple[Vector3, ...]
+    serials: tuple[int, ...]
+    period_ns: int
+    n_slots: int
+    stretched: bool = False
+    """A virtual tracker, whose time waits for this computer."""
+    connect_s: float
+
+
+def tracker_description(config: TrackerConfig) -> SourceDescription:
+    return SourceDescription(
+        name=config.name,
+        camera_serials=config.serials,
+        frame_period_ns=config.period_ns,
+        cycle_period_ns=config.period_ns,
+        live=True,
+        simulated=config.stretched,
+        stretched=config.stretched,
+        n_slots=config.n_slots,
+    )
 
 
 class TrackerSource:
-    """A `FrameSource` of the markers of one tracker.
+    """A `FrameSource` of the markers of one tracker; it connects again after an interruption.
 
-    No frame passes before the markers of the probe, ``leds`` (L, 3), mm, prove unit and axes.
+    No frame passes before the markers of the probe prove unit and axes, also after an interruption.
     """
 
-    def __init__(
-        self,
-        description: SourceDescription,
-        decoder: Decoder,
-        address: tuple[str, int],
-        document: TrackerDocument,
-        rig: Rig,
-        leds: Float,
-        connect_s: float,
-    ) -> None:
-        self.description = description
-        self._address, self._connect_s = address, connect_s
-        self._document, self._rig, self._leds = document, rig, leds
-        self._period_ns = description.frame_period_ns
-        self.decoder, self.builder = decoder, FrameBuilder(document)
-        self._link: TrackerLink | None = None
-        self._proven = self._pressed = False
-        self._reason = ""
-        self._origin_ns = -1
+    def __init__(self, config: TrackerConfig) -> None:
+        self.description = tracker_description(config)
+        self._address, self._connect_s = (config.host, config.port), config.connect_s
+        self._document, self._leds = config.document, np.array(config.leds)
+        self._rig = tracker_rig(config.document, "")
+        protocol, noise = PROTOCOLS[config.protocol], config.document.noise
+        self._period_ns = config.period_ns
+        self.decoder, self.builder = protocol(config.document), FrameBuilder(config.document)
+        self._link: TrackerLink | SerialLink | None = None
+        self._connecting: Iterator[None] | None = None
+        self._proven = self._pressed = self._unlike = False
+        self._reason = self._interrupted = ""
+        self._origin_ns: int | None = None
         self._last: tuple[int, int] = (-1, 0)
-        noise = document.noise
+        """Counter and time of the last frame, ns."""
+        self._last_s = self._heard_s = 0.0
+        self._heard = 0
+        self._silence_s = math.inf if config.stretched else protocol.silence_s
         self._sigma = float(np.hypot(noise.sigma_along, noise.rounding)) + noise.place_sigma
 
     def open(self) -> None:
         """Connect; AcquisitionError if no tracker answers."""
-        deadline = time.monotonic() + self._connect_s
-        try:
-            self._link = TrackerLink(
-                self._address, datagrams=self.decoder.datagrams, connect_s=self._connect_s
-            )
-            while not self.decoder.ready and time.monotonic() < deadline:
-                self._receive()
-            if self.decoder.group is not None:
-                self._link.join(*self.decoder.group)
-        except OSError as error:
-            raise self._absent(error.strerror or str(error)) from error
-        if not self.decoder.ready:
-            raise self._absent("no reply")
+        for _ in self._connect(self._connect_s):
+            pass
 
     def read(self) -> Cycle:
-        """Return the frames that have arrived; AcquisitionError if the tracker ends or is wrong."""
-        frames: list[MarkerFrame] = []
-        flags: list[int] = []
-        for message in self._receive():
-            frames += self._completed_frames(message)
-            flags += [FrameFlag.BUTTON if self._pressed else 0] * (len(frames) - len(flags))
-        if frames and self._origin_ns < 0:
-            # Frames before the proof count as lost.
-            self._origin_ns = frames[0].time_ns - self._period_ns
-            self._last = (-1, self._origin_ns)
-        kept = [(one, flag) for one, flag in zip(frames, flags, strict=True) if self._prove(one)]
-        if not kept:
-            return Cycle(CycleVerdict.LATE, self._reason or self._unproven(len(frames)))
-        return self._cycle([one for one, _ in kept], [flag for _, flag in kept])
+        """Return the frames that have arrived.
+
+        AcquisitionError if the tracker is wrong; if it ends, no frames until it is there again.
+        """
+        try:
+            if self._connecting is not None:
+                next(self._connecting)
+                return Cycle(CycleVerdict.LATE, self._interrupted)
+            return self._read()
+        except StopIteration:
+            self._connecting = None
+            return Cycle(CycleVerdict.LATE, self._interrupted)
+        except AcquisitionError as error:
+            if error.code not in _CONNECTION:
+                raise
+            self._interrupted = error.what
+            self._connecting = self._connect(min(self._connect_s, _RECONNECT_S), _RETRY_S)
+            return Cycle(CycleVerdict.LATE, self._interrupted)
 
     def close(self) -> None:
         """End the connection; idempotent."""
         if self._link is not None:
             self._link.close()
 
+    def _connect(self, network_s: float, after_s: float = 0.0) -> Iterator[None]:
+        """Connect, in steps of at most a second; AcquisitionError if no tracker answers."""
+        self.close()
+        time.sleep(after_s)
+        account = self.decoder.account
+        self.decoder = type(self.decoder)(self._document)
+        self.decoder.account = account
+        self.builder.restart()
+        self._proven, self._origin_ns, self._pressed = False, None, False
+        try:
+            if self._address[1]:
+                self._link = TrackerLink(
+                    self._address, datagrams=self.decoder.datagrams, connect_s=network_s
+                )
+            else:
+                self._link = SerialLink(self._address[0], self._connect_s)
+                yield from self._link.start()
+                self.decoder.baud = self._link.baud
+            deadline = time.monotonic() + self._connect_s
+            while not self.decoder.ready and time.monotonic() < deadline:
+                self._receive()
+                yield
+            if self.decoder.group is not None and isinstance(self._link, TrackerLink):
+                self._link.join(*self.decoder.group)
+        except OSError as error:
+            raise self._absent(error.strerror or str(error)) from error
+        if not self.decoder.ready:
+            raise self._absent("no reply")
+        self._heard_s = time.monotonic()
+
+    def _read(self) -> Cycle:
+        frames: list[MarkerFrame] = []
+        flags: list[int] = []
+        for message in self._receive():
+            frames += self._completed_frames(message)
+            flags += [FrameFlag.BUTTON if self._pressed else 0] * (len(frames) - len(flags))
+        self._require_messages()
+        if frames and self._origin_ns is None:
+            # Frames before the proof count as lost, as do those of an interruption.
+            passed_ns = round(1e9 * (time.monotonic() - self._last_s)) if self._last_s else 0
+            passed_ns = max(passed_ns, self._period_ns)
+            self._origin_ns = frames[0].time_ns - self._last[1] - passed_ns
+        kept = [(one, flag) for one, flag in zip(frames, flags, strict=True) if self._prove(one)]
+        if not kept:
+            return Cycle(CycleVerdict.LATE, self._reason or self._unproven(len(frames)))
+        self._last_s = time.monotonic()
+        return self._cycle([one for one, _ in kept], [flag for _, flag in kept])
+
     def _receive(self) -> list[Message]:
         """Send requests that are due, and return the messages received."""
-        if self._link is None:
-            raise AcquisitionError(
-                "tracker.closed", "The tracker is not open.", "Open the job again."
-            )
+        assert self._link is not None  # noqa: S101 - opened before
         request = self.decoder.requests(time.monotonic())
         if request:
             self._link.send(request)
@@ -178,10 +206,22 @@ class TrackerSource:
             found += self.decoder.push(data)
         return found
 
+    def _require_messages(self) -> None:
+        heard = self.decoder.account.decoded + self.decoder.account.unread
+        if heard != self._heard:
+            self._heard, self._heard_s = heard, time.monotonic()
+        elif time.monotonic() - self._heard_s > self._silence_s:
+            raise AcquisitionError(
+                "tracker.silent",
+                f"The tracker has sent nothing for {self._silence_s:.0f} s.",
+                f"Check its cable and power, and its output by {self.decoder.name}.",
+            )
+
     def _absent(self, why: str) -> AcquisitionError:
+        place = "{}:{}".format(*self._address) if self._address[1] else self._address[0]
         return AcquisitionError(
             "tracker.connect",
-            f"No tracker answers at {self._address[0]}:{self._address[1]} ({why}).",
+            f"No tracker answers at {place} ({why}).",
             f"Start the tracker and its output by {self.decoder.name}; check host, port and "
             "firewall.",
         )
@@ -203,6 +243,8 @@ class TrackerSource:
     def _unproven(self, frames: int) -> str:
         if self._proven or not (frames or self.builder.strangers):
             return ""
+        if self._unlike:
+            return _UNLIKE
         if self.builder.account.used or not self.builder.strangers:
             return _UNPROVEN
         return (
@@ -215,16 +257,19 @@ class TrackerSource:
             found = judge_geometry(frame.places, self._leds, self._sigma)
             refuse(found, self._document.device_unit)
             self._proven = found is GeometryProof.PROVEN
+            self._unlike = np.isfinite(frame.places[:, 0]).sum() >= LEAST_MARKERS
         return self._proven
 
     def _cycle(self, frames: list[MarkerFrame], flags: list[int]) -> Cycle:
-        counters, lost = [], 0
+        counters, times, lost = [], [], 0
         for one in frames:
             counter, before_ns = self._last
-            step = max(1, round((one.time_ns - before_ns) / self._period_ns))
+            time_ns = one.time_ns - (self._origin_ns or 0)
+            step = max(1, round((time_ns - before_ns) / self._period_ns))
             lost += step - 1
-            self._last = (counter + step, one.time_ns)
-            counters.append(self._last[0])
+            self._last = (counter + step, time_ns)
+            counters.append(counter + step)
+            times.append(time_ns)
         uv = np.full((len(frames), len(self._rig.cameras), self.description.n_slots, 2), np.nan)
         places = np.array([one.places for one in frames])
         where = self._within(places)
@@ -234,7 +279,7 @@ class TrackerSource:
         valid = np.where(where, bits, np.uint64(0)).sum(axis=1, dtype=np.uint64)
         block = FrameBlock(
             counter=np.array(counters, np.int64),
-            time_ns=np.array([one.time_ns for one in frames], np.int64) - self._origin_ns,
+            time_ns=np.array(times, np.int64),
             flags=np.array(flags, np.uint32),
             valid=np.repeat(valid[:, None], len(self._rig.cameras), axis=1),
             uv=uv,

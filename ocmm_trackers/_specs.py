@@ -5,10 +5,12 @@ from __future__ import annotations
 from ocmm_core.composition import Origin, SourceSpec, late
 
 
-def _tracker(protocol: str, recorded_as: str, words: str, rig: str) -> SourceSpec:
+def _tracker(
+    protocol: str, recorded_as: str, words: str, rig: str, *more: tuple[str, str]
+) -> SourceSpec:
     return SourceSpec(
         prefix=f"{protocol}:",
-        forms=((f"{protocol}:HOST:PORT", words),),
+        forms=((f"{protocol}:HOST:PORT", words), *more),
         takes_value=True,
         origin=Origin.CAMERAS,
         live=True,
@@ -38,6 +40,7 @@ NDI = _tracker(
     "an NDI Polaris or Vega on the network: its stray markers, and those of its tools; with a "
     "document of the tracker",
     "tracker_ndi.toml",
+    ("ndi:LINE", "the same on a serial line, such as /dev/ttyUSB0"),
 )  # fmt: skip
 
 QTM = _tracker(

@@ -269,7 +269,8 @@ class LiveState:
         if blocker:
             return StatusWord.NOT_READY, blocker
         if track is None:
-            return StatusWord.NOT_READY, "Waiting for the cameras."
+            detail = f" ({reason})" if (reason := acquisition.message) else ""
+            return StatusWord.NOT_READY, f"Waiting for the cameras{detail}."
         if not self._comes(acquisition):
             return StatusWord.NOT_READY, "No new frames from the cameras."
         status = FrameStatus(int(track.status[-1]))
@@ -291,11 +292,10 @@ class LiveState:
             self._disturbed_at = now
             return " ".join(trouble_words(report)).strip()
         silence_s = bus.silence_s()
-        if silence_s is not None and silence_s > SILENCE_S:
-            self._disturbed_at = now
-            return "No new frames from the cameras."
-        if now - self._fed_at > _STALE_S and self._track is not None:
-            detail = f" ({acquisition.message})" if acquisition.message else ""
+        silent = silence_s is not None and silence_s > SILENCE_S
+        self._disturbed_at = now if silent else self._disturbed_at
+        if silent or (now - self._fed_at > _STALE_S and self._track is not None):
+            detail = f" ({reason})" if (reason := acquisition.message) else ""
             return f"No new frames from the cameras{detail}."
         # The last tracked frames precede the disturbance until new ones were processed.
         return "Waiting for the cameras." if self._fed_at < self._disturbed_at else ""

@@ -5,6 +5,7 @@ Streams: OpenIGTLink, NatNet 3.0 to 4.1 (OptiTrack Motive), Qualisys Track Manag
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 from abc import ABC, abstractmethod
@@ -40,6 +41,8 @@ class TrackerFaults:
     mirrored: bool = False
     poses: bool = False
     """Tools with a rotation in place of markers."""
+    scalar_first: bool = False
+    """Quaternions in another order of their elements."""
     restarted: bool = False
     """The clock is that of a device that was started again."""
     unstamped: bool = False
@@ -58,7 +61,7 @@ class MarkerEncoder(ABC):
     def __init__(self, document: TrackerDocument, seed: int = 0) -> None:
         self.faults = TrackerFaults()
         self.document = document
-        self._rng = np.random.default_rng([seed, 46])
+        self.rng = np.random.default_rng([seed, 46])
         self._held = b""
         self._before = np.zeros((len(document.markers), 3))
 
@@ -69,12 +72,12 @@ class MarkerEncoder(ABC):
     def frame(self, places: Float, time_ns: int, *, pressed: bool = False) -> bytes:
         """Return the messages for markers (M, 3), mm, world, NaN if hidden, of one exposure."""
         faults = self.faults
-        lose, late, double, swap, damage = self._rng.random(5) < (
+        lose, late, double, swap, damage = self.rng.random(5) < (
             faults.lose, faults.late, faults.double, faults.swap, faults.damage
         )  # fmt: skip
         device = self._in_device(places)
         if swap:
-            chosen = self._rng.permutation(len(device))[:2]
+            chosen = self.rng.permutation(len(device))[:2]
             device[chosen] = device[chosen[::-1]]
         time_ns += -_RESTART_NS if faults.restarted else 0
         named: NamedPlaces = {
@@ -126,6 +129,7 @@ class TrackerServer:
             self._socket = socket.create_server((_HOST, port))
         self._socket.setblocking(False)
         self._client: socket.socket | None = None
+        self._peer: tuple[str, int] | None = None
 
     @property
     def port(self) -> int:
@@ -134,31 +138,39 @@ class TrackerServer:
     def accepted(self) -> bool:
         """Answer requests; return whether a client waits for a frame. It does not wait."""
         requests = b""
-        try:
-            if self._client is not None:
-                self._client.settimeout(0.0)
-                requests = self._client.recv(_CHUNK)
-            elif self._encoder.datagrams:
-                requests, address = self._socket.recvfrom(_CHUNK)
-                self._socket.connect(address)
-                self._client = self._socket
-            else:
+        # Nothing has arrived, or the client has ended.
+        with contextlib.suppress(BlockingIOError):
+            if self._encoder.datagrams:
+                requests, self._peer = self._socket.recvfrom(_CHUNK)
+            elif self._client is None:
                 self._client = self._socket.accept()[0]
                 self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self.send(self._encoder.greeting)
-        except OSError:
-            # Nothing has arrived, or the client has ended.
-            pass
+            else:
+                requests = self._requests(self._client)
         self.send(self._encoder.answer(requests))
-        return self._client is not None and self._encoder.ready
+        return (self._client or self._peer) is not None and self._encoder.ready
+
+    def _requests(self, client: socket.socket) -> bytes:
+        client.settimeout(0.0)
+        try:
+            data = client.recv(_CHUNK)
+        except ConnectionError:
+            data = b""
+        if not data:
+            client.close()
+            self._client = None
+        return data
 
     def send(self, data: bytes) -> bool:
         """Return whether the client took the data."""
         try:
-            if self._client is not None:
+            if self._peer is not None:
+                for one in datagrams_of(data):
+                    self._socket.sendto(one, self._peer)
+            elif self._client is not None:
                 self._client.settimeout(_SEND_S)
-                for one in datagrams_of(data) if self._encoder.datagrams else [data]:
-                    self._client.sendall(one)
+                self._client.sendall(data)
         except OSError:
             return False
         return True
@@ -283,6 +295,7 @@ class IgtlEncoder(MarkerEncoder):
         sent = sensor if self.document.button else b""
         rotation = _TURNED if self.faults.poses else IDENTITY
         quaternion = (0.0, 0.0, 0.6, 0.8) if self.faults.poses else (0.0, 0.0, 0.0, 1.0)
+        quaternion = quaternion[3:] + quaternion[:3] if self.faults.scalar_first else quaternion
         seen = [(name, place) for name, place in named.items() if place is not None]
         single: dict[Kind, tuple[str, tuple[float, ...], tuple[float, ...]]] = {
             "TRANSFORM": (">12f", rotation, ()), "POSITION": (">7f", (), quaternion),

@@ -7,7 +7,7 @@ from typing import Literal
 
 from ocmm_core.camera import TrackerDocument
 from ocmm_sim.trackers._encoder import MarkerEncoder, NamedPlaces
-from ocmm_trackers import checksum_ndi
+from ocmm_trackers import checksum_ndi, command_of
 
 Places = list[tuple[float, float, float] | None]
 Newest = Literal["BX2", "BX", "TX"]
@@ -23,8 +23,12 @@ _STARTED = 500_000
 """Frames since the device was switched on."""
 _TEXTS = {
     "INIT": "OKAY", "TSTART": "OKAY", "TSTOP": "OKAY", "PINIT": "OKAY", "PENA": "OKAY",
-    "BEEP": "1",
+    "BEEP": "1", "RESET": "RESET",
 }  # fmt: skip
+_STEPS = {"RESET": 0, "INIT": 1, "TSTOP": 1, "TSTART": 2}
+"""State after a command: on, initialised, tracking."""
+_RESET_BAUD = 9600
+_BAUDS = {"0": _RESET_BAUD, "5": 115200, "6": 921600}
 
 
 class NdiEncoder(MarkerEncoder):
@@ -47,7 +51,17 @@ class NdiEncoder(MarkerEncoder):
         self._known, self._as_tool = _COMMANDS[newest], as_tool
         self._requests, self._polled = b"", ""
         self._named: NamedPlaces = {}
-        self._first_ns = self._time_ns = 0
+        self._first_ns = self._step = 0
+        self.baud, self.fastest = _RESET_BAUD, max(_BAUDS.values())
+        """`baud`, `fastest`: present speed of a serial line, after the reply; highest one."""
+        self.plugged = True
+        """Its tool is plugged in."""
+
+    def restart(self) -> bytes:
+        """Switch the device off and on, or let it hear a break; return its greeting."""
+        self._requests, self._polled, self.ready = b"", "", False
+        self._first_ns, self._held, self.baud = 0, b"", _RESET_BAUD
+        return self._reply("RESET ")
 
     def answer(self, data: bytes) -> bytes:
         self._requests += data
@@ -59,16 +73,26 @@ class NdiEncoder(MarkerEncoder):
         if not colon:
             name, _, rest = line.partition(" ")
         elif f"{checksum_ndi(line[:-4].encode()):04X}" != line[-4:]:
-            return _text("ERROR04")
+            return command_of("ERROR04")
         rest = rest[:-4] if colon else rest
         if name in ("BX2", "BX", "TX"):
             if name not in self._known:
-                return _text("ERROR01")
+                return command_of("ERROR01")
+            if self._step < _STEPS["TSTART"]:
+                return command_of("ERROR0C")
             self._polled, self.ready = f"{name}:{rest}", True
             return b""
+        if name == "COMM":
+            baud = _BAUDS.get(rest[:1], 0)
+            self.baud = baud if 0 < baud <= self.fastest else self.baud
+            return command_of("OKAY" if self.baud == baud else "ERROR06")
+        if name in _STEPS:
+            if not self._step and name in ("TSTOP", "TSTART"):
+                return command_of("ERROR0C")
+            self._step = _STEPS[name]
         if name == "PHSR":
-            return _text(f"01{_TOOL:02X}001")
-        return _text(_TEXTS.get(name, "ERROR01"))
+            return command_of(f"01{_TOOL:02X}001" if self.plugged else "00")
+        return command_of(_TEXTS.get(name, "ERROR01"))
 
     def _packets(self, named: NamedPlaces, time_ns: int, pressed: bool) -> bytes:
         """Return the reply to the last poll."""
@@ -82,7 +106,7 @@ class NdiEncoder(MarkerEncoder):
         status = _PORT | (_SWITCH if pressed else 0)
         if name == "BX":
             return _binary(self._bx(places, status, number, int(options, 16)))
-        return _text(_tx(places, status, number, int(options, 16))) if name else b""
+        return command_of(_tx(places, status, number, int(options, 16))) if name else b""
 
     def _bx2(self, places: Places, time_ns: int, number: int, pressed: bool) -> bytes:
         markers = struct.pack("<HH", _TOOL if self._as_tool else 0xFFFF, len(places))
@@ -97,6 +121,8 @@ class NdiEncoder(MarkerEncoder):
 
     def _bx(self, places: Places, status: int, number: int, options: int) -> bytes:
         content = struct.pack("<BBB", 1, _TOOL, 1 if self._as_tool else _MISSING)
+        if not self.plugged:
+            options, content = options & ~9, b"\0"
         if options & 1:
             pose = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1)
             content += struct.pack("<8f", *pose) if self._as_tool else b""
@@ -128,7 +154,3 @@ def _tx(places: Places, status: int, number: int, options: int) -> str:
 def _binary(body: bytes) -> bytes:
     head = struct.pack("<HH", 0xA5C4, len(body))
     return b"".join(one + struct.pack("<H", checksum_ndi(one)) for one in (head, body))
-
-
-def _text(text: str) -> bytes:
-    return f"{text}{checksum_ndi(text.encode()):04X}\r".encode()

@@ -177,6 +177,13 @@ def at_rest(site: TrackerSite, seconds: float, shake_mm: float = 0.0) -> Tracker
     return procedure
 
 
+def test_overstated_noise_is_measured_also(tmp_path: Path) -> None:
+    true, _ = drawn(7)
+    noise = msgspec.structs.replace(true.noise, place_sigma=0.05)
+    site = TrackerSite(tmp_path, true, msgspec.structs.replace(true, noise=noise), 7)
+    assert at_rest(site, 62.0).base.live.ready
+
+
 @pytest.mark.parametrize("kind", ["shaken", "filtered"])
 def test_a_bad_minute_at_rest_leads_no_further(kind: str, tmp_path: Path) -> None:
     true, stated = drawn(3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -15,8 +15,6 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, TrackerDocument, load_rig, load_tracker, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import AcquisitionError, OcmmError
-from ocmm_core.geometry import rigid_fit
-from ocmm_core.tracking import FrameStatus, TrackingPipeline
 from ocmm_sim.trackers import (
     MarkerEncoder,
     MarkerErrors,
@@ -35,12 +33,9 @@ from ocmm_trackers import (
     checksum_ndi,
 )
 from tests.host import amount
-from tests.trackers.tracker_bench import BODY, measured, places_of
+from tests.trackers.tracker_bench import FIRST_NS, measured, places_of, tips_near
 
-FIRST_NS = 1_764_500_000_000_000_000
 _HOSTILE, _MIXED, _FAULTY = amount(2_000, 10_000), amount(40, 100), 300
-_FAR = 49.0
-"""Square of seven standard deviations: a tip farther away is wrong."""
 _OPTITRACK, _NDI, _QTM = (
     resource("rigs", f"tracker_{one}.toml") for one in ("natnet", "ndi", "qtm")
 )
@@ -182,22 +177,6 @@ def test_stray_markers_keep_their_names() -> None:
     assert len(set.union(*names.values())) == 6
 
 
-def tips_near(blocks: Sequence[FrameBlock], device: Device, places: np.ndarray) -> tuple[int, int]:
-    """Return the numbers of right and wrong tips."""
-    turn, shift = rigid_fit(BODY.leds_probe, places)
-    tip = turn @ BODY.tip_probe + shift
-    track, good, bad = TrackingPipeline(device.rig, BODY), 0, 0
-    for block in blocks:
-        found = track.process(block)
-        for status, place, covariance in zip(
-            found.status, found.tip_world, found.tip_covariance, strict=True
-        ):
-            if status == FrameStatus.OK:
-                far = (place - tip) @ np.linalg.solve(covariance, place - tip)
-                good, bad = good + (far <= _FAR), bad + (far > _FAR)
-    return good, bad
-
-
 def block_of(frame: MarkerFrame, device: Device) -> FrameBlock:
     rig = device.rig
     uv = np.full((1, len(rig.cameras), 8, 2), np.nan)
@@ -257,7 +236,7 @@ def test_hostile_packets_are_counted_or_end_with_a_sentence(name: str) -> None:
                 assert isinstance(pose.content, Pose)
                 for found in FrameBuilder(device.document).add(pose.content, pose.time_ns):
                     frames += 1
-                    good, bad = tips_near([block_of(found, device)], device, places)
+                    good, bad = tips_near([block_of(found, device)], device.rig, places)
                     right, wrong = right + good, wrong + bad
         except OcmmError:
             ended += 1
@@ -288,7 +267,9 @@ def test_mixed_up_units_and_axes_are_named(name: str, fault: str, code: str) -> 
 
 
 @pytest.mark.parametrize("name", NEWEST)
-@pytest.mark.parametrize("fault", [{"lose": 0.02}, {"double": 0.2}, {"swap": 0.2}], ids=str)
+@pytest.mark.parametrize(
+    "fault", [{"lose": 0.02}, {"late": 0.02}, {"double": 0.2}, {"swap": 0.2}], ids=str
+)
 def test_faults_lose_frames_and_give_no_wrong_tip(name: str, fault: dict[str, float]) -> None:
     """N = 300 frames; a tip within seven standard deviations of the true one."""
     device, places = DEVICES[name], places_of(np.random.default_rng(8))
@@ -297,7 +278,7 @@ def test_faults_lose_frames_and_give_no_wrong_tip(name: str, fault: dict[str, fl
         setattr(encoder.faults, part, value)
     frames = [(errors.reported(places), time_ns) for time_ns in device.times(_FAULTY)]
     source, blocks = measured(device.protocol, device.path, encoder, frames)
-    good, bad = tips_near(blocks, device, places)
+    good, bad = tips_near(blocks, device.rig, places)
     assert bad == 0
     assert good > 0.5 * _FAULTY
     if "lose" in fault:
@@ -319,12 +300,13 @@ def test_the_button_is_that_of_the_document(name: str) -> None:
     assert pressed == [False, True, True, False]
 
 
-@pytest.mark.parametrize("name", NEWEST)
-def test_a_restarted_device_ends_the_source(name: str) -> None:
-    device, places = DEVICES[name], places_of(np.random.default_rng(9))
-    errors = MarkerErrors(device.document, 3)
-    before, after = device.times(2)
-    frames = [(errors.reported(places), t) for t in (before, after, before - 3600 * 10**9)]
-    with pytest.raises(AcquisitionError) as found:
-        measured(device.protocol, device.path, device.encoder(), frames)
-    assert found.value.code == "tracker.clock_step"
+@pytest.mark.parametrize("name", ["ndi BX2", "ndi BX", "ndi TX"])
+def test_half_a_reply_does_not_spoil_its_repetition(name: str) -> None:
+    device, places = DEVICES[name], places_of(np.random.default_rng(10))
+    decoder, encoder = started(device)
+    first, second = device.times(2)
+    answer(decoder, encoder, 1e3)
+    assert decoder.push(encoder.frame(places, first)[:40]) == []
+    answer(decoder, encoder, 1e3 + 1.0)
+    assert decoder.push(encoder.frame(places, second))[-1].kind == "frame"
+    assert (decoder.account.damaged, decoder.account.malformed) == (0, 0)

@@ -27,7 +27,7 @@ _REST_S = 0.1
 """Longer than the standstill of a hand that reverses."""
 
 _MOST_TIP_SIGMA_MM = 0.06
-"""Standard deviation of a resting ball; more of the probe must be seen for it to be less."""
+"""Of a resting ball; more of the probe must be seen for it to be less. Trackers state theirs."""
 
 _ENOUGH_SPOTS = 4
 _SHOW = "Show the whole probe to all cameras: its LEDs are not recognised yet."
@@ -306,7 +306,7 @@ class ProbeSpotAverager:
         if self._resting:
             share = sigma_of_mean(self._rig, self._frames) / self._rig.noise.white_px
             variance = float(np.linalg.eigvalsh(pose.tip_covariance[-1])[-1])
-            if share * np.sqrt(variance) > _MOST_TIP_SIGMA_MM:
+            if not self._rig.markers and share * np.sqrt(variance) > _MOST_TIP_SIGMA_MM:
                 return _TURN, motion
             if self._inside and self._outside(
                 pose.rotation_world_from_probe[-1], pose.origin_world[-1]
