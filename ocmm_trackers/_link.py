@@ -101,9 +101,15 @@ class SerialLink:
     """
 
     def __init__(self, path: str, reset_s: float) -> None:
-        import fcntl
-        import termios
-
+        try:
+            import fcntl
+            import termios
+        except ImportError as error:
+            raise AcquisitionError(
+                "tracker.line_linux",
+                "Trackers on a serial line need Linux.",
+                "Connect the tracker by its network, or use a computer with Linux.",
+            ) from error
         self._path, self._reset_s, self.baud = path, reset_s, _FIRST_BAUD
         self._descriptor = -1
         try:
