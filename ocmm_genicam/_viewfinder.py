@@ -37,7 +37,7 @@ _SETTLED = 0.1
 _STEPS, _TRIES = 12, 2
 _MOST_STEP = 8.0
 _SHARES = (1.0, 0.5, 0.25)
-"""Of the step, if an exposure time is refused."""
+"""Parts of a step that are tried if an exposure time is refused."""
 _FRESH_S, _PICTURE_S = 1.0, 3.0
 _LATE_IMAGES = 3
 _SEARCHES = 4

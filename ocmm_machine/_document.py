@@ -100,7 +100,7 @@ class Drive(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     acts: Literal["position", "outer", "inner"]
     """A place or a distance; the size of a boss or shaft, of a bore or slot."""
     direction: Literal[SignedAxis, ""] = ""
-    """Of the part frame: the cut moves this way if the value of a position grows."""
+    """In the part frame: the cut moves this way if the value of a position grows."""
     feature: str = ""
     """The cut feature; empty: the first one of the characteristic."""
     weight: Annotated[float, Meta(ge=0.0, le=1e6)] = 1.0
@@ -181,7 +181,7 @@ class MeasuredValue:
     axis: str
     """Axis of the part frame, from the plan; empty if none."""
     why: str = ""
-    """Reason why its value does not count, as far as known from other results."""
+    """Reason why its value does not count, as other results show."""
 
     @property
     def refusal(self) -> str:

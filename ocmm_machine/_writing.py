@@ -171,7 +171,7 @@ class Machine:
         self, line: CorrectionLine, dialect: str, path: Path, *, again: bool = False,
         job: Path | None = None,
     ) -> CorrectionLine:  # fmt: skip
-        """Refuse what can be refused, record the line, then write its file."""
+        """Check everything, record the line, then write its file."""
         content = correction_file(self.document, line, dialect, practice=self.practice)
         if path.exists() or not path.parent.is_dir():
             raise InputError(

@@ -1,4 +1,4 @@
-"""Markers joined to frames by their time, and unit and axes proven by the known probe."""
+"""Markers joined to frames by their time, and unit and axes proven by the probe."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ class SerialLink:
         self._descriptor = -1
 
     def _set(self, baud: int, *, reset: bool = False) -> None:
-        """Set raw bytes, 8N1 without handshake; drop what has arrived; OSError if it is gone."""
+        """Set raw bytes, 8N1 without handshake; drop waiting bytes; OSError if it is gone."""
         import termios
 
         code = getattr(termios, f"B{baud}")

@@ -207,7 +207,7 @@ _FARTHEST_MM = 20.0
 _KEPT = 30
 """Frames for which the name of a hidden marker is kept."""
 _MOST_STRAYS = 128
-"""Of a frame, and half of their names; others have none."""
+"""Limit for a frame, and half of their names; others have none."""
 
 
 class NdiDecoder(Decoder):

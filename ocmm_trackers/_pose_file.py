@@ -1,7 +1,7 @@
 """Tip of a tracked tool from poses that another program recorded.
 
 The tool turns about its tip, which rests in one place (Z. Yaniv, Int. J. CARS 10 (2015) 1). Frames
-of one recording share slow errors, so that only several recordings tell how far the tip is off.
+of one recording share slow errors, so that only several recordings show the error of the tip.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class ToolPivot:
     tip: Float
     """(3,), mm, frame of the tool: mean of the recordings."""
     expanded: Float | None
-    """(3,), mm: U (95 %) of each coordinate from the scatter of the recordings, without what they
-    have in common; None for fewer than three."""
+    """(3,), mm: U (95 %) of each coordinate from the scatter of the recordings, without their
+    common errors; None for fewer than three."""
 
     def to_json(self, files: Sequence[PoseFile]) -> str:
         """Return a JSON object, ``ocmm.pivot/1``, of the tip and its recordings in ``files``."""
