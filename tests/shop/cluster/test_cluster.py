@@ -274,7 +274,7 @@ def test_an_answer_that_cannot_be_sent_spoils_no_other_and_many_bytes_go_by_them
     assert max(others for _, _, others in bundles) > 1
     bundles.clear()
     monkeypatch.setattr("ocmm_shop.cluster._open_tasks._OPEN_BYTES", 2000)
-    site = Site(workers=2, dask=True)
+    site = Site(workers=1, dask=True)
     found = list(run_tasks(unsendable, range(60, 66), numbered, site=site, contents=growing))
     assert found == [(thing, 3000) for thing in range(60, 66)]
     assert [others for _, _, others in bundles] == [0] * 6
