@@ -78,7 +78,8 @@ class MarkerErrors:
             self._filtered = found[frame].copy()
         if noise.rounding:
             found = np.round(found / noise.rounding) * noise.rounding
-        return found.reshape(places.shape)
+        shaped: Float = found.reshape(places.shape)
+        return shaped
 
     def restart(self) -> None:
         """Forget the frames before, as after many frames at rest elsewhere."""

@@ -353,7 +353,7 @@ def test_stated_uncertainty_holds_with_wrong_cameras(
     repeats: Callable[..., int], record_property: Any
 ) -> None:
     squares, inside = [], []
-    for seed in range(n := repeats(20, 60)):
+    for seed in range(n := repeats(12, 60)):
         rng = np.random.default_rng(seed)
         true = disturbed(rig(), rng)
         rotations = attitudes(400, 30.0, rng)
