@@ -86,7 +86,7 @@ class TrackerSite:
         return open_calibration(self.file, self.folder).rig
 
     def reported(self, leds: Float, document: TrackerDocument) -> Float:
-        """Return the markers of a frame, mm, corrected as the reader does."""
+        """Return the markers of a frame or of frames, mm, corrected as the reader does."""
         wrong = self.head + (1.0 + self.scale) * (leds - self.head)
         return self.errors.reported(wrong) * document.noise.scale
 
@@ -94,19 +94,17 @@ class TrackerSite:
         """Return frames as the reader of the tracker pushes them."""
         assert rig.markers is not None
         document, half = rig.markers.document, np.cos(self.body.emission_half_angle)
-        places = np.full((count, self.body.n_leds, 3), np.nan)
-        for frame in range(count):
-            leds, lights = shown.leds(first + frame)
-            rays = self.head - leds
-            seen = np.sum(lights * rays, axis=1) >= half * np.linalg.norm(rays, axis=1)
-            places[frame, seen] = self.reported(leds, document)[seen]
+        leds, lights = shown.leds(first, count)
+        rays = self.head - leds
+        seen = np.sum(lights * rays, axis=2) >= half * np.linalg.norm(rays, axis=2)
+        places = np.where(seen[..., None], self.reported(leds, document), np.nan)
         return self.block(rig, places, first)
 
     def resting(self, rig: Rig, leds: Float) -> FrameBlock:
         """Return frames of LEDs at rest, all of which are seen."""
         assert rig.markers is not None
-        document = rig.markers.document
-        return self.block(rig, np.array([self.reported(leds, document) for _ in range(_AVERAGED)]))
+        same = np.broadcast_to(leds, (_AVERAGED, *leds.shape))
+        return self.block(rig, self.reported(same, rig.markers.document))
 
     def block(self, rig: Rig, places: Float, first: int = 0) -> FrameBlock:
         """Return frames of markers (n, L, 3), mm, NaN if not seen."""

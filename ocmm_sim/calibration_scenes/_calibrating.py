@@ -95,13 +95,18 @@ class CalibrationScenesRig:
             uv=np.stack([uv for _, uv in seen], axis=1),
         )
 
-    def leds(self, frame: int) -> tuple[Float, Float]:
-        """Return the places (L, 3), mm, and directions (L, 3) of the LEDs, as at the last frame."""
-        shown = next(
-            one for one in reversed(self._shown) if one.first <= min(frame, self.n_frames - 1)
-        )
-        (turn,), (tip,) = self._moved(shown, min(frame, self.n_frames - 1), 1)
-        return (shown.leds - shown.origin) @ turn.T + tip, shown.directions @ turn.T
+    def leds(self, first: int, count: int) -> tuple[Float, Float]:
+        """Return the places (n, L, 3), mm, and directions (n, L, 3) of the LEDs of a body."""
+        places, lights = [], []
+        for shown in self._shown:
+            begin = max(first, shown.first)
+            end = min(first + count, shown.first + shown.frames)
+            if begin < end:
+                turns, tips = self._moved(shown, begin, end - begin)
+                turned = turns.transpose(0, 2, 1)
+                places.append((shown.leds - shown.origin) @ turned + tips[:, None])
+                lights.append(shown.directions @ turned)
+        return np.concatenate(places), np.concatenate(lights)
 
     def _moved(self, shown: _Shown, first: int, count: int) -> tuple[Float, Float]:
         """Return rotations (n, 3, 3) and places (n, 3), mm, of the origin of a shown body."""

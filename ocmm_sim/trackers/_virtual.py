@@ -63,21 +63,23 @@ class MarkerErrors:
         self._at_rest: tuple[Float, Float] | None = None
 
     def reported(self, places: Float) -> Float:
-        """Return the markers (n, 3), mm, of the next frame, NaN kept."""
+        """Return the markers (n, 3), mm, of the next frame, NaN kept; or of frames (F, n, 3)."""
         noise = self._noise
         white = self._shaped(places, self._rng.standard_normal(places.shape)) * noise.sigma_across
         raw = self.systematic(places) + white / self._share
+        found = raw.reshape(-1, *places.shape[-2:])
         if self._filtered is None:
             # As after many frames at rest.
-            raw = raw + (self._share - 1.0) * white / self._share
-            self._filtered = raw
-        else:
-            before = np.where(np.isfinite(self._filtered), self._filtered, raw)
-            self._filtered = noise.correlation * before + (1.0 - noise.correlation) * raw
-        if not noise.rounding:
-            return self._filtered
-        rounded: Float = np.round(self._filtered / noise.rounding) * noise.rounding
-        return rounded
+            found[0] += ((self._share - 1.0) * white / self._share).reshape(found.shape)[0]
+        for frame, now in enumerate(found):
+            if self._filtered is not None:
+                before = np.where(np.isfinite(self._filtered), self._filtered, now)
+                found[frame] = noise.correlation * before + (1.0 - noise.correlation) * now
+            self._filtered = found[frame].copy()
+        if noise.rounding:
+            found = np.round(found / noise.rounding) * noise.rounding
+        shaped: Float = found.reshape(places.shape)
+        return shaped
 
     def restart(self) -> None:
         """Forget the frames before, as after many frames at rest elsewhere."""
@@ -88,23 +90,23 @@ class MarkerErrors:
         # Markers at rest are the same array in all frames, or equal ones.
         if self._at_rest is not None and np.array_equal(self._at_rest[0], places):
             return self._at_rest[1]
-        phase = np.einsum("wai,ni->nwa", self._waves, places) + self._phases
-        field = np.sqrt(2.0 / _WAVES) * np.cos(phase).sum(axis=1)
+        phase = np.einsum("wai,...ni->...nwa", self._waves, places) + self._phases
+        field = np.sqrt(2.0 / _WAVES) * np.cos(phase).sum(axis=-2)
         moved = self._head + self._scale * (places - self._head)
         found: Float = moved + self._shaped(places, field) * self._noise.place_sigma
         self._at_rest = places.copy(), found
         return found
 
     def _shaped(self, places: Float, errors: Float) -> Float:
-        """Return errors (n, 3) of unit size, grown with distance, longer along the sight."""
+        """Return errors (..., n, 3) of unit size, grown with distance, longer along the sight."""
         noise = self._noise
         ratio = noise.sigma_along / noise.sigma_across
-        sight, grown = np.broadcast_to(self._sight, places.shape), np.ones(len(places))
+        sight, grown = np.broadcast_to(self._sight, places.shape), np.ones(places.shape[:-1])
         if noise.growth == "distance":
-            away = np.linalg.norm(places - self._head, axis=1)
-            sight, grown = (places - self._head) / away[:, None], away / noise.distance
-        more = np.sum(errors * sight, axis=1) * (ratio * grown - 1.0)
-        found: Float = grown[:, None] * (errors + sight * more[:, None])
+            away = np.linalg.norm(places - self._head, axis=-1)
+            sight, grown = (places - self._head) / away[..., None], away / noise.distance
+        more = np.sum(errors * sight, axis=-1) * (ratio * grown - 1.0)
+        found: Float = grown[..., None] * (errors + sight * more[..., None])
         return found
 
 
@@ -139,7 +141,8 @@ class SoftwareTracker:
     def _lit(self, frame: int) -> tuple[Float, Float]:
         rig = self._rig
         if isinstance(rig, CalibrationScenesRig):
-            return rig.leds(frame)
+            (places,), (lights,) = rig.leds(min(frame, rig.n_frames - 1), 1)
+            return places, lights
         motion = rig.motion(frame, 1)
         turn = motion.rotation_world_from_probe[0]
         places = self._leds_probe @ turn.T + motion.origin_world(self._tip_probe)[0]

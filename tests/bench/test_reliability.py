@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -124,9 +124,12 @@ def test_some_faults_lose_nothing_and_are_told() -> None:
 
 
 @pytest.mark.slow
-def test_some_kills_of_a_whole_job_lose_nothing_and_leave_nothing() -> None:
-    trials = list(kills(5, 6, frozenset()))
-    assert len(trials) == 6
+def test_some_kills_of_a_whole_job_lose_nothing_and_leave_nothing(
+    repeats: Callable[..., int],
+) -> None:
+    runs = repeats(3, 6)
+    trials = list(kills(5, runs, frozenset()))
+    assert len(trials) == runs
     # A ring of another program that was killed just now would be none of ours.
     found = [{**trial.found, "rings left": 0} for trial in trials if trial.found]
     assert [counts for counts in found if any(counts.values())] == []
@@ -235,12 +238,14 @@ def test_what_grows_would_be_found() -> None:
 
 
 @pytest.mark.slow
-def test_some_hostile_files_are_refused_with_a_sentence(tmp_path: Path) -> None:
-    state = tmp_path / "state.jsonl"
-    done = command("hostile", 4, state)
+def test_some_hostile_files_are_refused_with_a_sentence(
+    tmp_path: Path, repeats: Callable[..., int]
+) -> None:
+    state, runs = tmp_path / "state.jsonl", repeats(2, 4)
+    done = command("hostile", runs, state)
     assert done.returncode == 0, done.stdout + done.stderr
     trials = read_state(state)
-    assert [trial.number for trial in trials] == [0, 1, 2, 3]
+    assert [trial.number for trial in trials] == list(range(runs))
     assert sum(trial.acknowledged for trial in trials) > 0
 
 

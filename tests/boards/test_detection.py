@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -88,13 +89,21 @@ def _markers(board: Board, square: int, *, from_the_bottom: bool) -> Any:
     return picture
 
 
-def picture_of(camera: CameraModel, board: Board, rotation: Float, at: Float) -> Any:
-    """Return the picture of a board that lies at ``at``, turned by ``rotation``."""
-    printed, first = _print_of(board)
+@cache
+def _rays_of(name: str) -> Float:
+    """Return the rays (n, 3) of all pixels of one of `wide_cameras`, in the world."""
+    camera = next(one for one in wide_cameras() if one.name == name)
     v, u = np.indices((HEIGHT, WIDTH))
     ideal = ideal_from_pixels(camera, np.stack([u.ravel(), v.ravel()], axis=1).astype(np.float64))
-    pose = camera.T_camera_from_world
-    rays = np.column_stack([ideal, np.full(len(ideal), camera.focal)]) @ pose.rotation
+    rotation = camera.T_camera_from_world.rotation
+    rays: Float = np.column_stack([ideal, np.full(len(ideal), camera.focal)]) @ rotation
+    return rays
+
+
+def picture_of(camera: CameraModel, board: Board, rotation: Float, at: Float) -> Any:
+    """Return the picture by one of `wide_cameras` of a board at ``at``, turned."""
+    printed, first = _print_of(board)
+    rays = _rays_of(camera.name)
     centre = camera.centre_world
     normal = rotation[:, 2]
     along = ((at - centre) @ normal) / (rays @ normal)

@@ -281,9 +281,12 @@ def path_plan(folder: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_a_section_of_a_path_is_in_the_order_of_the_path(ocmm_here: Ocmm, tmp_path: Path) -> None:
+def test_a_section_of_a_path_is_in_the_order_of_the_path(
+    ocmm_here: Ocmm, tmp_path: Path, calm_rig: Path
+) -> None:
     out = tmp_path / "out"
-    measured = ocmm_here("measure", "--plan", path_plan(tmp_path), "--out", out)
+    plan = path_plan(tmp_path)
+    measured = ocmm_here("measure", "--plan", plan, "--rig", calm_rig, "--out", out)
     assert measured.returncode == 0, measured.stderr
     (job,) = out.glob("*.ocmm")
     done = ocmm_here("report", job, "--section", "-142,17,35;1,0,0;2", "--out", tmp_path / "cut")

@@ -16,7 +16,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import FeatureState, HoldReason, JobView
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
-from tests.host import HANG_MS, needs_package, not_run
+from tests.host import HANG_MS, long_form, needs_package, not_run
 from tests.serve.second_screen import SECRET, ServedScreen, served_screen
 
 if TYPE_CHECKING:
@@ -70,9 +70,9 @@ upper = {upper}
 """
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
-    """Return a running Chromium."""
+    """Return a running Chromium; each test opens pages of its own."""
     needs_package("playwright", "pip install playwright")
     found = shutil.which("chromium-headless-shell") or shutil.which("chromium")
     if found is None:
@@ -229,8 +229,11 @@ def _step(screen: ServedScreen, rng: np.random.Generator, names: list[str]) -> N
         screen.station.job.change(verb)
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("language", ["en", "de"])
+# Widths depend on the language and contrasts on the colours: two of four show both.
+_LOOKS = [("en", False), ("de", True), *([("en", True), ("de", False)] if long_form() else [])]
+
+
+@pytest.mark.parametrize(("language", "dark"), _LOOKS)
 def test_fits_phones_and_tablets(
     chromium: Browser, tmp_path: Path, language: str, dark: bool
 ) -> None:

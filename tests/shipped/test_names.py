@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib
 import re
 import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
+from tests.commands import Ocmm
 from tests.host import HANG_S
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -148,14 +148,11 @@ def test_what_the_page_of_security_names_is_there() -> None:
         assert not place or place[1:] in slugs, f"{path}{place}"
 
 
-def test_the_commands_that_the_page_of_security_names_are_there() -> None:
+def test_the_commands_that_the_page_of_security_names_are_there(ocmm_here: Ocmm) -> None:
     commands = re.findall(
         r"`ocmm ([a-z]+(?: [a-z]+)*)", re.sub(r"<!--.*?-->", "", _TEXTS["SECURITY.md"])
     )
     assert commands
     for command in commands:
-        done = subprocess.run(
-            [sys.executable, "-m", "ocmm_cli", *command.split(), "--help"],
-            capture_output=True, text=True, check=False, timeout=HANG_S, cwd=ROOT,
-        )  # fmt: skip
+        done = ocmm_here(*command.split(), "--help")
         assert done.returncode == 0, f"ocmm {command}: {done.stderr}"

@@ -11,6 +11,7 @@ import pytest
 
 from tests.golden.write import points_in
 from tests.host import HANG_S
+from tests.short_plan import wire_plan_in
 from tests.slow_rig import slow_rig_in
 from tests.waiting import wait_until
 
@@ -78,14 +79,14 @@ def _ocmm(hidden: tuple[str, ...], *arguments: str | Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Return a recording of the quick plan, and its rig."""
+def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+    """Return a recording of a plan of one ball, its rig and the plan."""
     tmp_path = tmp_path_factory.mktemp("recorded")
     rig, path = slow_rig_in(tmp_path), tmp_path / "raw.ocmmrec"
-    plan = ROOT / "resources" / "plans" / "quick.toml"
+    plan = wire_plan_in(tmp_path)
     done = _run(_ocmm((), "record", "--out", path, "--plan", plan, "--rig", rig), tmp_path)
     assert done.returncode == 0, done.stderr
-    return path, rig
+    return path, rig, plan
 
 
 def test_fits_need_the_core_alone(tmp_path: Path) -> None:
@@ -119,10 +120,9 @@ def test_the_import_of_the_fits_loads_no_compiler(tmp_path: Path) -> None:
 
 
 def test_without_the_virtual_rig_commands_and_window_measure_a_recording(
-    recording: tuple[Path, Path], tmp_path: Path
+    recording: tuple[Path, Path, Path], tmp_path: Path
 ) -> None:
-    path, rig = recording
-    plan = ROOT / "resources" / "plans" / "quick.toml"
+    path, rig, plan = recording
     given = ("--source", f"replay:{path}", "--plan", plan, "--rig", rig, "--out")
     hidden = ("ocmm_sim", "ocmm_bench")
     done = _run(_ocmm(hidden, "measure", *given, tmp_path / "out"), tmp_path)
@@ -176,9 +176,11 @@ def test_cameras_without_their_master_are_refused_before_the_job(tmp_path: Path)
     assert not list(tmp_path.glob("jobs/*.ocmm"))
 
 
-def test_a_package_of_one_file_adds_a_source(recording: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_package_of_one_file_adds_a_source(
+    recording: tuple[Path, Path, Path], tmp_path: Path
+) -> None:
     """And others that claim a name of ours, or are none, change nothing."""
-    path, rig = recording
+    path, rig, plan = recording
     added = tmp_path / "added"
     info = added / "lab-1.0.dist-info"
     info.mkdir(parents=True)
@@ -186,7 +188,6 @@ def test_a_package_of_one_file_adds_a_source(recording: tuple[Path, Path], tmp_p
     (added / "lab_broken.py").write_text("raise RuntimeError('no driver')\n")
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: lab\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(_ENTRIES)
-    plan = ROOT / "resources" / "plans" / "quick.toml"
     done = _run(
         _ocmm((), "measure", "--source", f"lab:{path}", "--plan", plan, "--rig", rig, "--out", "o"),
         tmp_path, PYTHONPATH=str(added),

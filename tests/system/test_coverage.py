@@ -12,8 +12,8 @@ from ocmm_cli.study import CoverageSetup, coverage_table, run_coverage
 from tests.host import looser
 
 RUNS = 40
-FEWER = 6
-"""In the short form."""
+FEWER = 4
+"""In the short form: a mean coverage below 88 % is seen, as of a U that is a quarter too small."""
 FIRST_SEED = 1000
 
 

@@ -31,7 +31,7 @@ from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import DEBOUNCE_S, Level, Notice, NoticeCentre, counted_line
 from ocmm_gui.window import MainWindow
-from tests.host import HANG_MS
+from tests.host import HANG_MS, long_form
 from tests.waiting import let_pass
 
 # Half a minute on two cores that have nothing else to do.
@@ -102,11 +102,11 @@ def keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Keybo
     plan = tmp_path / "gauge.toml"
     shipped = load_plan(resource("plans", "gauge.toml"))
     features = [
-        # Half the points for half the time: one more than the shape needs is enough for keys.
+        # One point more than the shape needs is enough for keys; half of them in the long form.
         msgspec.structs.replace(
             feature,
             picture="step.png",
-            points=max(MINIMUM_POINTS[feature.shape] + 1, feature.points // 2),
+            points=max(MINIMUM_POINTS[feature.shape] + 1, long_form() * feature.points // 2),
         )
         for feature in shipped.features
     ]
@@ -120,7 +120,7 @@ def keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Keybo
             part=resource("parts", "gauge.toml"),
             out=tmp_path / "job",
             stay=True,
-            frame_rate_hz=500,
+            frame_rate_hz=500 if long_form() else 250,
         )
     )
     notices = NoticeCentre()

@@ -15,6 +15,7 @@ import pytest
 
 from tests.host import HANG_S, on_linux_only, private_network
 from tests.short_plan import ball_plan_in
+from tests.slow_rig import slow_rig_in
 
 pytestmark = [on_linux_only, pytest.mark.slow]
 
@@ -52,6 +53,8 @@ def _has_its_own_network(pid: int) -> bool:
 def _heard(command: list[str], folder: Path, *, until_heard: bool = False) -> set[tuple[str, str]]:
     """Return all sockets that waited for others while a command ran in a private network."""
     plan = ["--plan", str(ball_plan_in(folder))]
+    if _WINDOW[0] in command:
+        plan += ["--rig", str(slow_rig_in(folder))]
     shell = 'ip link set lo up && exec "$@"'
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(

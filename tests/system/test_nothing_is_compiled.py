@@ -14,7 +14,7 @@ from ocmm_cli import compile_all
 from ocmm_core.documents import resource
 from tests import compile_log
 from tests.host import HANG_S
-from tests.slow_rig import SLOW_HZ, slow_rig_in
+from tests.slow_rig import CALM_HZ, SLOW_HZ, slow_rig_in
 
 pytestmark = pytest.mark.slow
 
@@ -26,10 +26,10 @@ _COMMANDS = (
     "ocmm compare first/*.ocmm second/*.ocmm",
     "ocmm fit points.txt --shape sphere",
     "ocmm bench --seconds 0.2",
-    "ocmm calibrate probe --tip A --probes probes --poses 150",
+    f"ocmm calibrate probe --tip A --probes probes --poses 150 --rig rig_{CALM_HZ}_hz.toml",
 )
 """One process runs them all: a function is stored for each set of types, for every caller."""
-_WINDOW = f"window {_PLAN} --out seen --silent --speed 0 --quit-after 4"
+_WINDOW = f"window {_PLAN} --out seen --silent --speed 0 --quit-after 4 --rig rig_{SLOW_HZ}_hz.toml"
 
 
 def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
@@ -39,7 +39,8 @@ def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     np.savetxt(tmp_path / "points.txt", 10.0 * directions, fmt="%.6f")
     # With fewer frames: their number is no argument of a compiled function.
-    slow_rig_in(tmp_path)
+    for rate_hz in (SLOW_HZ, CALM_HZ):
+        slow_rig_in(tmp_path, rate_hz)
     log = tmp_path / "log.txt"
     for lines in (_COMMANDS, (_WINDOW,)):
         done = subprocess.run(

@@ -212,7 +212,8 @@ def test_the_window_measures(tmp_path: Path) -> None:
     picture = tmp_path / "window.png"
     done = _run(
         tmp_path / "run", "-m", "ocmm_gui", "--plan", resource("plans", "quick.toml"),
-        "--speed", "0", "--silent", "--size", "1280x720", "--out", tmp_path / "out",
+        "--rig", slow_rig_in(tmp_path), "--speed", "0", "--silent", "--size", "1280x720",
+        "--out", tmp_path / "out",
         "--quit-after", "4", "--screenshot", picture,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -160,7 +160,7 @@ def test_the_procedure_is_for_trackers_only(honest: TrackerSite, tmp_path: Path)
 
 def at_rest(site: TrackerSite, seconds: float, shake_mm: float = 0.0) -> TrackerProcedure:
     """Return a procedure after a rest in the middle of the volume; all markers shake together."""
-    rig, rng = site.rig, np.random.default_rng(8)
+    rig, rng, document = site.rig, np.random.default_rng(8), load_tracker(site.file)
     procedure = TrackerProcedure.start(
         SessionSite(site.folder / "rest", rig, site.body, site.store.folder),
         TrackerSetup(who="Ada"),
@@ -169,11 +169,8 @@ def at_rest(site: TrackerSite, seconds: float, shake_mm: float = 0.0) -> Tracker
     procedure.advance(site.now)
     leds = rig.volume_world.mean(axis=0) + site.body.leds_probe - site.body.leds_probe.mean(axis=0)
     for first in range(0, round(seconds * rig.frame_rate_hz), 100):
-        places = np.array([
-            site.reported(leds + shake_mm * rng.standard_normal(3), load_tracker(site.file))
-            for _ in range(100)
-        ])  # fmt: skip
-        procedure.watch(site.block(rig, places, first))
+        shaken = leds + shake_mm * rng.standard_normal((100, 1, 3))
+        procedure.watch(site.block(rig, site.reported(shaken, document), first))
     return procedure
 
 

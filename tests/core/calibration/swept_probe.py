@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -24,10 +25,12 @@ SIGMA_PX = 0.0105
 CONE_WORLD = np.array([0.0, 0.0, -150.0])
 
 
+@cache
 def rig() -> Rig:
     return load_rig(resource("rigs", "thesis.toml"))
 
 
+@cache
 def probe(name: str = "thesis") -> ProbeBody:
     return load_probe(resource("probes", f"{name}.toml"))
 

@@ -39,7 +39,7 @@ BODY = load_probe(resource("probes", "standard.toml"))
 PART = load_part(resource("parts", "demo.toml"))
 TOUCHES = 10
 """A world: its own cameras, probe and hand within the uncertainty of their documents."""
-WORLDS = 100 if long_form() else 3
+WORLDS = 100 if long_form() else 2
 
 
 @dataclass(slots=True)
@@ -180,18 +180,18 @@ def play(
 @pytest.mark.statistics
 @pytest.mark.parametrize("skew_s", [0.0, 0.001, 0.003, 0.010])
 def test_uncertainty_holds_whatever_the_skew(skew_s: float) -> None:
-    """N = 1,000 points (30 in the short form) of 3 axes: 94 to 98 % within 2 u.
+    """N = 1,000 points (20 in the short form) of 3 axes: 94 to 98 % within 2 u.
 
     As for resting balls before proven cameras (`benchmarks.stillness`).
 
-    The short form allows for chance: 90 values scatter by 2.3 % (standard deviation).
+    The short form allows for chance: 60 values scatter by 2.8 % (standard deviation).
     """
     found = [one for seed in range(WORLDS) for one in play(seed, skew_s)]
     points = np.array([one.ratio for one in found if one.refusal is None])
     # In some places the drawn cameras fit the probe badly.
     assert len(points) >= 0.9 * WORLDS * TOUCHES
     covered = float(np.mean(np.abs(points) < 2.0))
-    low, high = (0.94, 0.98) if long_form() else (0.88, 1.0)
+    low, high = (0.94, 0.98) if long_form() else (0.87, 1.0)
     assert low <= covered <= high, covered
 
 

@@ -15,7 +15,7 @@ from tests.core.features.exact_touches import nominal, touches, zigzag
 from tests.host import amount, looser
 
 LONG = 200
-RUNS = amount(30, LONG)
+RUNS = amount(20, LONG)
 _ALONE_IN = 3
 """One run in three is also computed as independent points: all agree within a few percent."""
 FORM_MM, NOISE_MM = 0.005, 0.001
@@ -23,7 +23,7 @@ FORM_MM, NOISE_MM = 0.005, 0.001
 
 @pytest.mark.parametrize("length", [0.5, 6.0, 15.0])
 def test_the_effective_number_is_that_of_monte_carlo(length: float) -> None:
-    """Form of a correlation ``exp(-d / length)``; U holds, N = 30 (200)."""
+    """Form of a correlation ``exp(-d / length)``; U holds, N = 20 (200)."""
     rng = np.random.default_rng(11)
     places = zigzag(400)
     away = np.linalg.norm(places[:, None] - places[None], axis=2)

@@ -19,8 +19,9 @@ from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_shop.cluster._open_tasks import TaskContents, end_client
+from ocmm_shop.cluster._over_dask import _CONFIG
 from ocmm_shop.cluster._worker import do
-from tests.host import HANG_S, needs_package
+from tests.host import HANG_S, long_form, needs_package
 from tests.shop.cluster.cluster_work import (
     UNSENDABLE,
     drawn,
@@ -202,8 +203,11 @@ def test_without_dask_a_sentence_says_what_to_install(tmp_path: Path) -> None:
     assert "./run setup --shop" in done.stdout
 
 
-def test_processes_of_dask_on_this_computer(tmp_path: Path) -> None:
+def test_processes_of_dask_on_this_computer(monkeypatch: pytest.MonkeyPatch) -> None:
     needs_package("distributed", "extra `shop`")
+    if not long_form():
+        # Each death costs the start of a worker; Dask's own default is three.
+        monkeypatch.setitem(_CONFIG, "distributed.scheduler.allowed-failures", 1)
     before = set(threading.enumerate())
     here = list(run_tasks(drawn, SEEDS, of_seed))
     assert list(run_tasks(drawn, SEEDS, of_seed, site=Site(workers=2, dask=True))) == here
