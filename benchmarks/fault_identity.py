@@ -13,13 +13,13 @@ from pathlib import Path
 
 import msgspec
 
+from benchmarks.camera_faults import COPIED, EXCHANGED, SHARED, FaultKind
 from benchmarks.fault_list import LEFT, RIGHT
 from benchmarks.fault_rig import FaultRig
 from benchmarks.faulty_line import FrameKind, LineRule, Trick
 from ocmm_core.acquisition.frames import read_status
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
-from ocmm_sim.bus import COPIED, EXCHANGED, SHARED, FaultKind
 from tests.system.frame_watch import FrameWatch, Watched
 
 _SHARE = 0.3

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import msgspec
 
+from benchmarks.camera_faults import COPIED, CORRUPT_WITH_SUM, EXCHANGED, FaultKind
 from benchmarks.fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
 from benchmarks.faulty_line import FrameKind, LineDirection, LineRule, Trick
 from ocmm_core.acquisition.bus_process import RemoteObjects
@@ -18,7 +19,6 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CALIBRATION, CameraIdentity
 from ocmm_core.fieldbus.report import Alarm
 from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
-from ocmm_sim.bus import COPIED, CORRUPT_WITH_SUM, EXCHANGED, FaultKind
 from ocmm_sim.slave import AL_SYNC, INIT, PREOP, SAFEOP
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)

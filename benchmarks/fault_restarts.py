@@ -15,6 +15,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from benchmarks.camera_faults import FaultKind
 from benchmarks.fault_list import LEFT, RIGHT
 from benchmarks.fault_rig import FAR, HOST, NEAR, FaultRig
 from ocmm_core.acquisition.bus_process import EthercatSource
@@ -29,7 +30,6 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.report import decode_report
-from ocmm_sim.bus import FaultKind
 from tests.system.frame_watch import FrameWatch, Watched
 
 CYCLE_NS = 1_000_000

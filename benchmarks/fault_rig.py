@@ -22,17 +22,18 @@ from typing import TypeVar
 
 import msgspec
 
+from benchmarks.camera_faults import CameraDeed, DeedAnswer, FaultKind
+from benchmarks.faulty_cameras import CLOCK, MODULE, FaultySegment
 from benchmarks.faulty_line import LineLog, LineOrder, LineRule, ProxyConfig
 from ocmm_core.acquisition.bus_process import BusConfig, BusProcess
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, RingHeaderField, read_status
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import make_link, remove_link, set_link, tool
-from ocmm_sim.bus import READY, CameraDeed, DeedAnswer, FaultKind, SegmentConfig
+from ocmm_sim.bus import READY
 
 HOST, NEAR, FAR, CAMERAS = "host0", "near0", "far0", "cameras0"
 _LINE, _ROOT = "benchmarks.faulty_line", Path(__file__).resolve().parents[1]
-CLOCK = msgspec.Raw(b'{"pattern":"clock"}')
 _READY_S = 20.0
 _ANSWER_S = 3.0
 _STOP_S = 5.0
@@ -106,7 +107,7 @@ class FaultRig:
 
     def start_cameras(self) -> None:
         """Start the cameras, each power-on with the next boot counter."""
-        segment = SegmentConfig(
+        segment = FaultySegment(
             interface=CAMERAS,
             cameras=self._present,
             provider=CLOCK,
@@ -114,7 +115,7 @@ class FaultRig:
             switched_on=self._switched_on,
         )
         self._switched_on += 1
-        self._start("cameras", "ocmm_sim.bus._camera_process", segment.to_json())
+        self._start("cameras", MODULE, segment.to_json())
         for number in self._unplugged:
             self.command(FaultKind.UNPLUG, number)
 

@@ -31,6 +31,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
+from benchmarks.steady_hand import steady_hand
 from ocmm_core.blas import use_one_thread
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
@@ -47,7 +48,7 @@ from ocmm_core.measuring import (
     systematic_covariance,
 )
 from ocmm_core.tracking import FrameStatus, TrackingPipeline, load_probe, tip_sensitivity
-from ocmm_sim.scene import Motion, PixelFrames, VirtualRig, load_part, steady_hand
+from ocmm_sim.scene import Motion, PixelFrames, VirtualRig, load_part
 
 RIGS = (("recommended", "standard"), ("thesis", "thesis"))
 """Rig and probe."""

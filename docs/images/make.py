@@ -26,6 +26,8 @@ import msgspec
 from PySide6.QtTest import QTest  # the platform must be chosen before
 from PySide6.QtWidgets import QApplication
 
+from benchmarks.camera_faults import CameraDeed, FaultKind
+from benchmarks.faulty_cameras import faulty_stations
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, StatusWord
@@ -34,7 +36,6 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import Mode, NoticeCentre, active_feature
 from ocmm_gui.window import MainWindow
-from ocmm_sim.bus import CameraDeed, FaultKind
 from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
 from ocmm_sim.sources import script_of
 
@@ -146,14 +147,11 @@ def _until(app: QApplication, state: Callable[[], bool]) -> None:
 def _bus(app: QApplication, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as out:
         control = f"{out}/cameras"
-        built = build_station(
-            StationRequest(
-                plan=resource("plans", "demo.toml"),
-                out=Path(out),
-                source="ethercat:virtual",
-                control=control,
-            )
+        request = StationRequest(
+            plan=resource("plans", "demo.toml"), out=Path(out), source="ethercat:virtual"
         )
+        with faulty_stations(control):
+            built = build_station(request)
         bridge = StationBridge(built.station)
         window = MainWindow(bridge, NoticeCentre(), out=Path(out))
         window.resize(*SIZE)

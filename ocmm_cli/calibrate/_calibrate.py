@@ -127,9 +127,9 @@ def relocate(
     elif steps.is_lacking(procedure):
         steps.collect_from(
             procedure, site, setup, choice.probe,
-            lambda sim, at: sim.scenes_of_relocation(
+            lambda sim, at: tuple(sim.relocation_by_step(
                 at, site.design, procedure.view, procedure.bar, procedure.control
-            ),
+            ).values()),
             console, setup.move,
         )  # fmt: skip
     steps.conclude(procedure, site, setup, overrule, "relocated", console)

@@ -65,8 +65,6 @@ class StationRequest:
     bus_processor: int | None = None
     """CPU of the bus process; None: automatic."""
     method: Method = "gauss-newton"
-    control: str = ""
-    """Socket for fault injection into virtual cameras; empty: none."""
     calibrations: Path | None = None
     """Calibration store; None: this user's, or the rig document for virtual rigs and replays."""
     uncalibrated: bool = False

@@ -11,7 +11,7 @@ import numpy as np
 from PySide6.QtCore import Signal
 
 from ocmm_core import acceptance
-from ocmm_core.calibration.records import Check, Finding
+from ocmm_core.calibration.records import Check
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
@@ -20,7 +20,14 @@ from ocmm_gui import kit
 from ocmm_gui.acceptance._touch_picture import TouchPicture, planned_places, position_contents
 from ocmm_gui.charts import ErrorChart, InterimPlot, check_words
 from ocmm_gui.kit import later, tr
-from ocmm_gui.wizards.pages import CollectPage, ResultFrame, ResultVerdict, StepSnapshot, bars
+from ocmm_gui.wizards.pages import (
+    CollectPage,
+    Filled,
+    ResultFrame,
+    ResultVerdict,
+    StepSnapshot,
+    bars,
+)
 
 
 def checks_of(values: Sequence[acceptance.JudgedValue]) -> tuple[Check, ...]:
@@ -170,9 +177,10 @@ _COLUMNS = (
 )
 
 
-class AcceptanceVerdictPage(ResultFrame):
+class AcceptanceVerdictPage(ResultFrame[acceptance.AcceptanceOutcome]):
     """Pass or fail, margin, decision rule; then certificate and record."""
 
+    shows = acceptance.AcceptanceOutcome
     keys = ("back", "repeat", "calculate", "keep", "accept", "plot1", "plot2", "plot3")
     paper_wanted = Signal(object)
     """Emits the `Path` of the record for a certificate."""
@@ -217,15 +225,13 @@ class AcceptanceVerdictPage(ResultFrame):
         self.paper.setEnabled(self._file() is not None)
         self._show_source(seen)
 
-    def judge(self, outcome: object) -> ResultVerdict:
-        if not isinstance(outcome, acceptance.AcceptanceOutcome):
-            return ResultVerdict("", kit.Mark.OPEN, "")
+    def judge(self, outcome: acceptance.AcceptanceOutcome) -> ResultVerdict:
         return ResultVerdict(
             kit.said_word(outcome.word), _MARKS[outcome.verdict], kit.said(outcome.sentence)
         )
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        if not isinstance(outcome, acceptance.AcceptanceOutcome) or self._seen is None:
+    def fill(self, outcome: acceptance.AcceptanceOutcome) -> Filled:
+        if self._seen is None:
             return (), ()
         values, stage = outcome.values, self._seen.view_as(acceptance.GuidedAcceptanceView).stage
         if values:

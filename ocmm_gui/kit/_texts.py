@@ -235,16 +235,6 @@ def localised(text: str) -> str:
     return _POINT.sub(",", text) if _InUse.style.comma else text
 
 
-def plain_number(text: str) -> str:
-    """Return one typed number in Python syntax, with a decimal point.
-
-    Texts with both signs, two commas, or a possible thousands separator (1,234 with decimal points)
-    get a question mark, so that they are invalid: a guess could be wrong by a factor of a thousand.
-    """
-    text = text.strip()
-    return f"{text}?" if is_ambiguous(text) else text.replace(",", ".")
-
-
 def is_ambiguous(text: str) -> bool:
     """Return whether a typed number could mean two values."""
     digits = any(sign.isdigit() for sign in text)

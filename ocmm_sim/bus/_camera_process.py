@@ -24,9 +24,8 @@ from ocmm_core.failure import exit_with
 from ocmm_core.fieldbus.described import DeviceDescription
 from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_sim.bus._chain import Chain, Unit
-from ocmm_sim.bus._faults import Faults
 from ocmm_sim.bus._wire import SteppedCameraTime, Wire
-from ocmm_sim.slave import CHUNK_FRAMES, CameraFrames, ClockPattern, TestPattern
+from ocmm_sim.slave import CHUNK_FRAMES, CameraFrames, TestPattern
 
 READY = "ready"
 
@@ -39,15 +38,10 @@ class SegmentConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     """`interface`, `second_interface`: of the cameras; the second closes a ring, empty: none."""
     cameras: tuple[CameraIdentity, ...]
     provider: msgspec.Raw
-    """Camera view as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, `RigScript`,
-    `PixelScript` or `CalibratingScript`."""
+    """Camera view as JSON: ``{"pattern": "test"}``, `RigScript`, `PixelScript` or
+    `CalibratingScript`."""
     sees: tuple[int, ...] = ()
     """Number of the rig camera whose image each one shows; empty: same order."""
-    drop: float = 0.0
-    """Fraction of answers lost in operation, 0 to 1."""
-    seed: int = 0
-    control: str = ""
-    """Socket for fault injection, see `faults.CameraDeed`; empty: none."""
     switched_on: int = 0
     ring_path: str = ""
     """Ring of a bus process whose time waits for this computer; empty: real time."""
@@ -57,7 +51,7 @@ class SegmentConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class _Pattern(msgspec.Struct, forbid_unknown_fields=True):
-    pattern: Literal["test", "clock"]
+    pattern: Literal["test"]
 
 
 def input_ended() -> bool:
@@ -72,7 +66,7 @@ def input_ended() -> bool:
 def make_provider(text: bytes) -> CameraFrames:
     """Return the described provider: a pattern, or the virtual rig of a script."""
     try:
-        pattern = msgspec.json.decode(text, type=_Pattern)
+        msgspec.json.decode(text, type=_Pattern)
     except msgspec.DecodeError:
         # The physics needs a compiler; test patterns avoid importing it.
         from ocmm_sim.calibration_scenes import CalibratingScript
@@ -85,32 +79,36 @@ def make_provider(text: bytes) -> CameraFrames:
         if "pixels" in names:
             return decode_script(text, PixelScript).build()
         return decode_script(text, RigScript).build()
-    return TestPattern() if pattern.pattern == "test" else ClockPattern()
+    return TestPattern()
 
 
-def make_wire(config: SegmentConfig) -> Wire:
-    """Return the segment of `config`, warmed up."""
+def make_units(
+    config: SegmentConfig, provider: CameraFrames, kind: type[Unit] = Unit
+) -> list[Unit]:
+    """Return the cameras of `config`, warmed up."""
     if not config.cameras:
         raise InputError(
             "simulation.segment", "Field 'cameras' names no software camera.", "Name one at least."
         )
-    provider = make_provider(bytes(config.provider))
     sees = config.sees or tuple(range(len(config.cameras)))
     for camera in sees:
         # The first call may compile, which takes longer than a master waits.
         provider.camera_frames(camera, 0, CHUNK_FRAMES)
     lenses: list[CameraModel | None] = [lens.model() for lens in config.lenses]
     lenses = lenses or [None] * len(sees)
-    units = [
-        Unit(camera, identity, provider, config.switched_on, config.device, lens)
+    return [
+        kind(camera, identity, provider, config.switched_on, config.device, lens)
         for camera, identity, lens in zip(sees, config.cameras, lenses, strict=True)
     ]
+
+
+def make_wire(config: SegmentConfig) -> Wire:
+    """Return the segment of `config`, warmed up."""
+    units = make_units(config, make_provider(bytes(config.provider)))
     return Wire(
         config.interface,
         Chain(units, ends=2 if config.second_interface else 1),
-        Faults(config.drop, config.seed),
         config.second_interface,
-        config.control,
         SteppedCameraTime(config.ring_path) if config.ring_path else None,
     )
 

@@ -9,17 +9,12 @@ import select
 import socket
 import time
 from collections.abc import Callable
-from pathlib import Path
-
-import msgspec
-import numpy as np
 
 from ocmm_core.acquisition.frames import FrameRing, RingHeaderField
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
-from ocmm_sim.bus._chain import Chain, FaultCommands
-from ocmm_sim.bus._faults import CameraDeed, DeedAnswer, Faults
-from ocmm_sim.slave import ETHERTYPE, OP
+from ocmm_sim.bus._chain import Chain
+from ocmm_sim.slave import ETHERTYPE
 
 
 class CameraTime:
@@ -71,7 +66,6 @@ class SteppedCameraTime(CameraTime):
 
 _FRAME_BYTES = 2048
 _SOL_PACKET, _PACKET_IGNORE_OUTGOING = 263, 23
-_DEED_BYTES = 4096
 _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
 _LOOK_ROUNDS = 4
@@ -133,53 +127,32 @@ class LinkPort:
 
 
 class Wire:
-    """Software cameras on an Ethernet link, or between the two ends of a ring.
-
-    ``control``: Unix datagram socket for `CameraDeed` as JSON, answered by `DeedAnswer`, or empty.
-    """
+    """Software cameras on an Ethernet link, or between the two ends of a ring."""
 
     def __init__(
         self,
         interface: str,
         chain: Chain,
-        faults: Faults | None = None,
         second_interface: str = "",
-        control: str = "",
         camera_time: CameraTime | None = None,
     ) -> None:
         self._time = camera_time or CameraTime()
         self.chain = chain
-        self._faults = faults or Faults()
-        self._random = np.random.default_rng(self._faults.seed)
-        self._deeds = FaultCommands(chain)
-        self._control: socket.socket | None = None
-        self._control_path = Path(control)
         self._ports = [LinkPort(interface)]
-        try:
-            if second_interface:
+        if second_interface:
+            try:
                 self._ports.append(LinkPort(second_interface))
-            if control:
-                self._control = socket.socket(
-                    socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
-                )
-                # Left by a killed process.
-                self._remove_control()
-                self._control.bind(control)
-        except BaseException:
-            self.close()
-            raise
+            except BaseException:
+                self.close()
+                raise
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Answer until `stopping`, polled every few milliseconds, returns True."""
         housekeeping = rounds = 0
-        wanted: list[LinkPort | socket.socket] = [*self._ports]
-        if self._control is not None:
-            wanted.append(self._control)
         while True:
             now = time.monotonic_ns()
             if now - housekeeping > _HOUSEKEEPING_NS:
                 housekeeping = now
-                self._obey()
                 for unit in self.chain.units:
                     unit.slave.esc.poll(self._time.now_ns())
                 rounds += 1
@@ -194,10 +167,8 @@ class Wire:
             if any(unit.powered and unit.slave.generate(at_ns) for unit in self.chain.units):
                 self._answer_all()
                 continue
-            ready, _, _ = select.select(wanted, [], [], _IDLE_S)
-            if self._control in ready:
-                self._obey()
-            elif ready and not self._answer_all():
+            ready, _, _ = select.select(self._ports, [], [], _IDLE_S)
+            if ready and not self._answer_all():
                 # A port without link is always ready and never has data.
                 time.sleep(_IDLE_S)
 
@@ -205,14 +176,6 @@ class Wire:
         self._time.close()
         for port in self._ports:
             port.close()
-        if self._control is not None:
-            self._control.close()
-            self._remove_control()
-
-    def _remove_control(self) -> None:
-        """Remove the name of the socket; any other file of that name stays."""
-        if self._control_path.is_socket():
-            self._control_path.unlink(missing_ok=True)
 
     def _look_at_links(self) -> None:
         """Let the end cameras return frames if their link is down."""
@@ -252,34 +215,9 @@ class Wire:
     def _work_on(self, frame: bytearray, number: int, now_ns: int) -> int | None:
         """Process a frame; return the port where it leaves, or None."""
         way = self.chain.ways[number]
-        if not way.segment.process(frame, now_ns) or self._lose():
+        if not way.segment.process(frame, now_ns):
             return None
         return way.leaves
-
-    def _lose(self) -> bool:
-        if not self._faults.drop:
-            return False
-        if any(unit.slave.esc.state != OP for unit in self.chain.units):
-            return False
-        return bool(self._random.random() < self._faults.drop)
-
-    def _obey(self) -> None:
-        """Execute the commands of the control socket."""
-        while self._control is not None:
-            try:
-                content, sender = self._control.recvfrom(_DEED_BYTES)
-            except BlockingIOError:
-                return
-            try:
-                answer = self._deeds.do(
-                    msgspec.json.decode(content, type=CameraDeed), self._time.now_ns()
-                )
-            except msgspec.DecodeError as error:
-                answer = DeedAnswer(
-                    monotonic_ns=time.monotonic_ns(), utc_ns=time.time_ns(), error=str(error)
-                )
-            if sender:
-                self._control.sendto(msgspec.json.encode(answer), sender)
 
 
 def _open(interface: str) -> socket.socket:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ocmm_sim.scene._artefacts import (
         Part, PartDocument, PartPose, TrueFeature, TrueTouch, load_part,
     )  # fmt: skip
-    from ocmm_sim.scene._hand import attitude_at, rotation_vector, segment_of, steady_hand
+    from ocmm_sim.scene._hand import attitude_at, rotation_vector, segment_of
     from ocmm_sim.scene._kernels import BUTTON_DOWN_S
     from ocmm_sim.scene._operator import REST_S, Missing, Motion, draw_tremor
     from ocmm_sim.scene._pixel_frames import PixelFrames, PixelScript
@@ -44,6 +44,5 @@ __all__ = [
     "SimulatedSource", "SpotPattern", "StudyResult", "TouchedEntry", "TrueFeature", "TrueTouch",
     "VirtualRig", "World", "WorldOptions", "attitude_at", "bumped", "decode_script", "draw_pattern",
     "draw_targets", "draw_tremor", "draw_world", "exposure", "kernels", "load_part", "normal_table",
-    "nudged", "rotation_vector", "run_study", "sample", "segment_of", "steady_hand", "surfaces",
-    "white_noise",
+    "nudged", "rotation_vector", "run_study", "sample", "segment_of", "surfaces", "white_noise",
 ]  # fmt: skip

@@ -199,10 +199,6 @@ class SimulatedSource:
         with self._lock:
             self._rig.interrupt(self._next_frame + self._block)
 
-    @property
-    def period_s(self) -> float:
-        return self._rig.frame_period_ns * 1e-9
-
     def take_over(self, hand: LedHand) -> None:
         """Give the probe to a hand from the next frame, dropping pending touches; thread-safe."""
         with self._lock:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
         PHYSICAL_PORTS, SII_BYTES, SYNC_PULSE_NS, esi_document, type_name,
     )  # fmt: skip
     from ocmm_sim.slave._frames import (
-        CHUNK_FRAMES, CLOCK_MODULUS_US, FIFO_FRAMES, OVERRUN_FLAG, SENSOR_PX, CameraFrames,
-        ClockPattern, FrameBuffer, Frames, SimpleSensor, TestPattern, read_clock,
+        CHUNK_FRAMES, FIFO_FRAMES, OVERRUN_FLAG, SENSOR_PX, CameraFrames, FrameBuffer, Frames,
+        SimpleSensor, TestPattern,
     )  # fmt: skip
     from ocmm_sim.slave._registers import (
         AL_STATUS, AL_SYNC, INIT, OP, PREOP, SAFEOP, STATION_ADDRESS, STATION_ALIAS, SYSTEM_TIME,
@@ -39,13 +39,12 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODES", "CLOCK_MODULUS_US", "CONTROLLERS",
-    "DC_ACTIVATE", "DEVICE_GROUP", "ESI_FILE", "ETHERTYPE", "FIFO_FRAMES", "INIT",
-    "MAILBOX_REPEATS", "MEMORY_END", "OP", "OVERRUN_FLAG", "PHYSICAL_PORTS", "PREOP", "SAFEOP",
-    "SENSOR_PX", "SII_BYTES", "STATION_ADDRESS", "STATION_ALIAS", "SYNC_PULSE_NS", "SYSTEM_TIME",
-    "TIME_DIFFERENCE", "Abort", "AbortError", "CameraFrames", "CameraStore", "ClockPattern",
-    "CoeServer", "DatagramCommand", "DescribedCamera", "Esc", "FrameBuffer", "Frames", "Segment",
-    "SimpleSensor", "SlaveClock", "SoftwareCamera", "TestPattern", "checksum_of_configuration",
-    "difference_register", "esi_document", "read_clock", "registers", "sii", "sii_image",
-    "time_difference", "type_name",
+    "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODES", "CONTROLLERS", "DC_ACTIVATE",
+    "DEVICE_GROUP", "ESI_FILE", "ETHERTYPE", "FIFO_FRAMES", "INIT", "MAILBOX_REPEATS", "MEMORY_END",
+    "OP", "OVERRUN_FLAG", "PHYSICAL_PORTS", "PREOP", "SAFEOP", "SENSOR_PX", "SII_BYTES",
+    "STATION_ADDRESS", "STATION_ALIAS", "SYNC_PULSE_NS", "SYSTEM_TIME", "TIME_DIFFERENCE", "Abort",
+    "AbortError", "CameraFrames", "CameraStore", "CoeServer", "DatagramCommand", "DescribedCamera",
+    "Esc", "FrameBuffer", "Frames", "Segment", "SimpleSensor", "SlaveClock", "SoftwareCamera",
+    "TestPattern", "checksum_of_configuration", "difference_register", "esi_document", "registers",
+    "sii", "sii_image", "time_difference", "type_name",
 ]  # fmt: skip

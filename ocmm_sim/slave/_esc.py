@@ -238,11 +238,6 @@ class Esc:
         self.memory[registers.AL_STATUS] = state | registers.ERROR
         self._set(registers.AL_STATUS_CODE, "<H", code)
 
-    def count_link_errors(self, port: int, count: int) -> None:
-        """Count broken frames at a port, as after a damaged cable."""
-        at = registers.RX_ERRORS + 2 * port
-        self.memory[at] = min(255, self.memory[at] + count)
-
     def _compare_clock(self, received: bytes) -> None:
         """Compare the system time with the passing reference time, and follow it."""
         difference = registers.time_difference(self.system_time_ns, received)

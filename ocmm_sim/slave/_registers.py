@@ -17,7 +17,6 @@ DL_STATUS = 0x0110
 AL_CONTROL = 0x0120
 AL_STATUS = 0x0130
 AL_STATUS_CODE = 0x0134
-RX_ERRORS = 0x0300
 WATCHDOG_DIVIDER = 0x0400
 WATCHDOG_SM_TIME = 0x0420
 WATCHDOG_STATUS = 0x0440
@@ -87,7 +86,7 @@ class SlaveClock:
         return self._shown_ns + passed + passed * self.rate_ppb // 1_000_000_000
 
     def set_rate(self, rate_ppb: int, now_ns: int) -> None:
-        """Set the rate error from now on."""
+        """Set the rate error from now on; for tests."""
         self._shown_ns, self._since_ns = self.local_ns(now_ns), now_ns
         self.rate_ppb = rate_ppb
 

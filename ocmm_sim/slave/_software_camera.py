@@ -99,7 +99,7 @@ class SoftwareCamera:
 
     @property
     def period_override(self) -> int:
-        """Return the faulty exposure period, ns, that is in effect; 0: none."""
+        """Return the faulty exposure period, ns, that is in effect; 0: none; for tests."""
         return self._period_override
 
     @period_override.setter
@@ -199,11 +199,6 @@ class SoftwareCamera:
         self.esc.now_ns = now_ns
         while self.buffer.is_behind(self.esc.system_time_ns):
             self.generate(now_ns)
-
-    def remap(self, position: int, mapping_index: int) -> None:
-        """Fault: assign another PDO at a position of the input assignment."""
-        value = struct.pack("<H", mapping_index)
-        self.coe.set_value(device.SM_ASSIGNMENT + device.SM_INPUTS, position, value)
 
     def _start_firmware(self) -> None:
         """Restart with the selected firmware bank, as a camera leaving BOOT."""

@@ -13,7 +13,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_sim.sources._calibrate_scenes import (
         VirtualSite, acceptance_feed, relocation_by_step, scene_of_tip, scenes_of_known_points,
-        scenes_of_relocation, scenes_of_tracker, scenes_of_verification, verification_by_step,
+        scenes_of_tracker, scenes_of_verification, verification_by_step,
     )  # fmt: skip
     from ocmm_sim.sources._feed_makers import part_as_planned, part_text, script_of, segment_of
     from ocmm_sim.sources._specs import GENICAM, NATNET, NDI, PIXELS, QTM, SIMULATED, TRACKER, WIRE
@@ -24,6 +24,6 @@ else:
 __all__ = [
     "GENICAM", "NATNET", "NDI", "PIXELS", "QTM", "SIMULATED", "TRACKER", "WIRE", "VirtualSite",
     "acceptance_feed", "part_as_planned", "part_text", "relocation_by_step", "scene_of_tip",
-    "scenes_of_known_points", "scenes_of_relocation", "scenes_of_tracker", "scenes_of_verification",
-    "script_of", "segment_of", "true_values", "verification_by_step",
+    "scenes_of_known_points", "scenes_of_tracker", "scenes_of_verification", "script_of",
+    "segment_of", "true_values", "verification_by_step",
 ]  # fmt: skip

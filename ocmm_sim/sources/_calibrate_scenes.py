@@ -105,17 +105,10 @@ def scenes_of_tracker(site: VirtualSite, rig: Rig, view: TrackerView) -> tuple[S
     return (*scenes, TouchSeats(tips=_vectors(left), seed=site.seed + 50 + spread.done))
 
 
-def scenes_of_relocation(
-    site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
-) -> tuple[Scene, ...]:
-    """Return the remaining seats, sweeps, bar placements and control points."""
-    return tuple(relocation_by_step(site, rig, view, bar, control).values())
-
-
 def relocation_by_step(
     site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
 ) -> dict[str, Scene]:
-    """Return the scenes of `scenes_of_relocation` by step, in order."""
+    """Return the remaining seats, sweeps, bar placements and control points by step, in order."""
     scenes: dict[str, Scene] = {}
     # A resumed session sees other poses than those it already has.
     rng = np.random.default_rng([site.seed, _PLACES, view.poses])

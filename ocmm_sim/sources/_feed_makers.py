@@ -269,14 +269,14 @@ def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str
 
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return software cameras playing the request's script; interface not set."""
-    return _segment(_wire_script(request, plan, rig).to_json(), rig, request.control)
+    return _segment(_wire_script(request, plan, rig).to_json(), rig)
 
 
 def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the same cameras with rendered images and spot detection."""
     script = _wire_script(request, plan, rig, pixels=True)
     words = scene.PixelScript(pixels=scene.SensorOptions(), script=script).to_json()
-    return _segment(words, rig, request.control)
+    return _segment(words, rig)
 
 
 def wire_feed(
@@ -359,7 +359,7 @@ def _wire_script(
     return script_of(replace(request, frame_rate_hz=rate), plan)
 
 
-def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
+def _segment(words: str, rig: Rig) -> SegmentConfig:
     device, lenses = described_cameras(rig)
     return SegmentConfig(
         device=device,
@@ -367,7 +367,6 @@ def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
         interface="",
         cameras=identities(rig),
         provider=msgspec.Raw(words.encode("utf-8")),
-        control=control,
     )
 
 

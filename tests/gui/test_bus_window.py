@@ -14,12 +14,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from benchmarks.camera_faults import CameraDeed, DeedAnswer, FaultKind
+from benchmarks.faulty_cameras import faulty_stations
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
-from ocmm_sim.bus import CameraDeed, DeedAnswer, FaultKind
 from tests.host import BUSY, HANG_MS, HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not in parallel with other tests.
@@ -39,14 +40,11 @@ class WireBench:
         self._ask = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._ask.bind(str(folder / "test"))
         self._ask.settimeout(HANG_S)
-        built = build_station(
-            StationRequest(
-                plan=resource("plans", "quick.toml"),
-                out=folder,
-                source="ethercat:virtual",
-                control=self._control,
-            )
+        request = StationRequest(
+            plan=resource("plans", "quick.toml"), out=folder, source="ethercat:virtual"
         )
+        with faulty_stations(self._control):
+            built = build_station(request)
         self.station = built.station
         self.bridge = StationBridge(built.station)
         self.window = MainWindow(self.bridge, NoticeCentre(), out=folder)

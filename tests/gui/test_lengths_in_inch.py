@@ -27,9 +27,9 @@ from ocmm_gui.kit import (
     to_mm,
     use_numbers,
 )
-from ocmm_gui.kit._texts import plain_number
 from ocmm_gui.plan_editor._field_labels import FieldUnit
 from ocmm_gui.plan_editor._item_form import ItemForm
+from tests.gui.plain_numbers import plain_number
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from ocmm_gui.kit import (
     use_language,
     use_numbers,
 )
-from ocmm_gui.kit._texts import plain_number
+from tests.gui.plain_numbers import plain_number
 
 
 @pytest.fixture(autouse=True)

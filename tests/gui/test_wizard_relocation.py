@@ -23,7 +23,7 @@ from ocmm_core.calibration.relocation import RelocationProcedure, RelocationRequ
 from ocmm_gui.wizards.pages import BarPage, ResultPage, SeatsPage, WavePage, WorldPage
 from ocmm_gui.wizards.pages._relocation_pages import example_places
 from ocmm_sim.calibration_scenes import SEATS, FreeMotionScene, ShowBar, TouchSeats
-from ocmm_sim.sources import VirtualSite, scenes_of_relocation
+from ocmm_sim.sources import VirtualSite, relocation_by_step
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, show
 from tests.gui.wizard_bench import WizardBench
 
@@ -92,7 +92,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
         site.now(),
     )
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, None)
-    scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, None)
+    scenes = tuple(relocation_by_step(virtual, site.rig, procedure.view, site.bar, None).values())
     first, wave, bar, seats, again = scenes
     show(procedure, site.virtual(first, wave), site.now)
     bench.go_on(ProcedureKind.RELOCATION)
@@ -142,7 +142,9 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
         site.now(),
     )
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
-    scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, CONTROL)
+    scenes = tuple(
+        relocation_by_step(virtual, site.rig, procedure.view, site.bar, CONTROL).values()
+    )
     show(procedure, site.virtual(*scenes, move=MOVE), site.now)
     bench.go_on(ProcedureKind.RELOCATION)
     bench.step("result")

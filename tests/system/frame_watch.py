@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.clock_pattern import CLOCK_MODULUS_US, read_clock
 from ocmm_core.acquisition.frames import FrameBlock, FrameRing, RingHeaderField
 from ocmm_core.fieldbus.report import BusEvent, BusPhase, BusReport, decode_report
-from ocmm_sim.slave import CLOCK_MODULUS_US, read_clock
 
 SAME_TIME_US = 50
 """Tolerance of simultaneous exposures: clock differences and rounding."""

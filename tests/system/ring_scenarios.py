@@ -17,13 +17,14 @@ from typing import Any
 
 import msgspec
 
+from benchmarks.camera_faults import CameraDeed, FaultKind
+from benchmarks.faulty_cameras import CLOCK, MODULE, FaultySegment
 from ocmm_core.acquisition.bus_process import BUS_PRIORITY, EthercatSource, take_priority
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import BusPhase, decode_report
 from ocmm_core.fieldbus.wire import make_link, set_link
-from ocmm_sim.bus import CameraDeed, FaultKind, SegmentConfig
 from tests.system.frame_watch import FrameWatch, Watched
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
@@ -42,17 +43,11 @@ def main(folder: Path) -> dict[str, Any]:
     make_link(FIRST, NEAR)
     make_link(SECOND, FAR)
     control = str(folder / "cameras")
-    segment = SegmentConfig(
-        interface=NEAR,
-        second_interface=FAR,
-        cameras=(LEFT, RIGHT),
-        provider=msgspec.Raw(b'{"pattern":"clock"}'),
-        control=control,
+    segment = FaultySegment(
+        interface=NEAR, second_interface=FAR, cameras=(LEFT, RIGHT), provider=CLOCK, control=control
     )
     cameras = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_sim.bus._camera_process"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
+        [sys.executable, "-m", MODULE], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
     assert cameras.stdin is not None
     assert cameras.stdout is not None

@@ -7,17 +7,17 @@ import struct
 import numpy as np
 import pytest
 
+from benchmarks.camera_faults import CameraDeed, FaultCommands, FaultKind
+from benchmarks.clock_pattern import ClockPattern, ClockUnit, read_clock
 from ocmm_core.fieldbus.device import INPUT_START, CameraIdentity
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_sim.bus import CameraDeed, Chain, FaultCommands, FaultKind, Unit
+from ocmm_sim.bus import Chain
 from ocmm_sim.slave import (
     STATION_ALIAS,
     SYSTEM_TIME,
     TIME_DIFFERENCE,
-    ClockPattern,
     SlaveClock,
     difference_register,
-    read_clock,
     time_difference,
 )
 
@@ -27,7 +27,8 @@ NOW = 1_000_000_000
 def make_chain(ends: int, count: int = 3) -> Chain:
     pattern = ClockPattern()
     return Chain(
-        [Unit(n, CameraIdentity(f"c{n}", 1001 + n, 11 + n), pattern) for n in range(count)], ends
+        [ClockUnit(n, CameraIdentity(f"c{n}", 1001 + n, 11 + n), pattern) for n in range(count)],
+        ends,
     )
 
 

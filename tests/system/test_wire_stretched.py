@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from benchmarks.faulty_cameras import FaultyBus
 from ocmm_core.acquisition.bus_process import BusConfig, EthercatSource, SteppedTime
 from ocmm_core.acquisition.frames import (
     SUBPIXEL,
@@ -30,7 +31,7 @@ from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import Alarm, decode_report
 from ocmm_core.fieldbus.wire import is_virtual_cable
-from ocmm_sim.bus import SegmentConfig, VirtualBus
+from ocmm_sim.bus import SegmentConfig, VirtualBus, VirtualWire
 from ocmm_sim.slave import TestPattern
 from tests.host import HANG_S, private_network
 
@@ -44,13 +45,13 @@ _STOP_S = 0.5
 
 
 @contextmanager
-def running(ring: FrameRing, drop: float = 0.0) -> Iterator[VirtualBus]:
+def running(ring: FrameRing, drop: float = 0.0) -> Iterator[VirtualWire]:
     """Run a virtual bus that fills ``ring``; it has stopped at the end."""
     private_network()
-    bus = VirtualBus(
-        BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS),
-        SegmentConfig(interface="", cameras=CAMERAS, provider=PATTERN, drop=drop),
-        ring,
+    config = BusConfig(interface="", ring_path=str(ring.path), cameras=CAMERAS)
+    segment = SegmentConfig(interface="", cameras=CAMERAS, provider=PATTERN)
+    bus: VirtualWire = (
+        FaultyBus(config, segment, ring, drop=drop) if drop else VirtualBus(config, segment, ring)
     )
     bus.start()
     try:
@@ -95,7 +96,7 @@ def assert_whole(blocks: list[FrameBlock], status: AcquisitionStatus) -> None:
         np.testing.assert_allclose(found, uv, rtol=0, atol=0.5 * SUBPIXEL + 1e-12)
 
 
-def processes_of(bus: VirtualBus) -> tuple[int, int]:
+def processes_of(bus: VirtualWire) -> tuple[int, int]:
     """Return the numbers of the software cameras and of the bus process."""
     assert bus.pid is not None
     children = Path(f"/proc/{bus.pid}/task/{bus.pid}/children").read_text(encoding="ascii")

@@ -20,7 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.camera_faults import FaultKind, remap
 from benchmarks.fault_rig import FaultRig
+from benchmarks.faulty_cameras import FaultyWire
 from ocmm_core.acquisition.bus_process import (
     BUS_PRIORITY,
     CAMERA_PRIORITY,
@@ -33,7 +35,7 @@ from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
 from ocmm_core.fieldbus.device import NEWEST_LAYOUT, SM_ASSIGNMENT, SM_INPUTS, CameraIdentity
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.fieldbus.wire import Master, check_interface, make_link
-from ocmm_sim.bus import Chain, FaultKind, Faults, Unit, Wire
+from ocmm_sim.bus import Chain, Unit
 from ocmm_sim.slave import INIT, PREOP, TestPattern
 from tests.core.fieldbus.bugs.bug_tools import late
 
@@ -53,7 +55,7 @@ def cameras(*identities: CameraIdentity) -> Cameras:
     return [Unit(index, identity, pattern) for index, identity in enumerate(identities)]
 
 
-def serve(made: Cameras, faults: Faults | None = None) -> int:
+def serve(made: Cameras, drop: float = 0.0) -> int:
     """Let cameras answer in a forked process; SIGUSR1 freezes the last, SIGUSR2 resets it."""
     parent = os.getpid()
     ready, tell = os.pipe()
@@ -63,7 +65,7 @@ def serve(made: Cameras, faults: Faults | None = None) -> int:
         os.read(ready, 1)
         os.close(ready)
         return child
-    wire = Wire(FAR, Chain(made), faults)
+    wire = FaultyWire(FAR, Chain(made), drop=drop, seed=1)
     signal.signal(signal.SIGUSR1, lambda *_: setattr(made[-1].camera, "frozen", True))
     signal.signal(signal.SIGUSR2, lambda *_: made[-1].camera.esc.fall_back(INIT, 0))
     take_priority(CAMERA_PRIORITY)
@@ -146,16 +148,16 @@ def summary(read: list[Cycle], passed: float) -> dict[str, Any]:
 
 def run() -> dict[str, Any]:
     """Measure for three seconds; the order of the cameras on the wire is reversed."""
-    return _measured(cameras(LEFT, RIGHT)[::-1], Faults(), 3.0)
+    return _measured(cameras(LEFT, RIGHT)[::-1], 0.0, 3.0)
 
 
 def drop() -> dict[str, Any]:
     """Measure while three answers in a hundred get lost, once the cameras are in operation."""
-    return _measured(cameras(LEFT, RIGHT), Faults(drop=0.03, seed=1), 2.0)
+    return _measured(cameras(LEFT, RIGHT), 0.03, 2.0)
 
 
-def _measured(made: Cameras, faults: Faults, seconds: float) -> dict[str, Any]:
-    serve(made, faults)
+def _measured(made: Cameras, drop: float, seconds: float) -> dict[str, Any]:
+    serve(made, drop)
     source = EthercatSource(settings(LEFT, RIGHT))
     try:
         source.open()
@@ -186,7 +188,7 @@ def refusals() -> dict[str, Any]:
         "two serials": (cameras(LEFT, RIGHT), (LEFT, RIGHT)),
         "too many": (cameras(*(CameraIdentity("x", n, n) for n in range(1, 6))), (LEFT, RIGHT)),
     }
-    cases["mapping"][0][1].camera.remap(3, 0x1A1F)
+    remap(cases["mapping"][0][1].camera, 3, 0x1A1F)
     cases["two serials"][0][1].camera.coe.set_value(0x1018, 4, (4711).to_bytes(4, "little"))
     return {name: _refusal(*case) for name, case in cases.items()}
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from ocmm_gui.wizards.pages._picture import BarPlace, Contents, bars
     from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage
-    from ocmm_gui.wizards.pages._result_frame import PlotTabs, ResultFrame, ResultVerdict
+    from ocmm_gui.wizards.pages._result_frame import Filled, PlotTabs, ResultFrame, ResultVerdict
     from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage, TrackerResultPage
     from ocmm_gui.wizards.pages._shown import (
         CALIBRATION_ENDS, TEMPERATURE, THERMOMETER, VERDICT_ENDS, WHO, Field, StepSnapshot, Tap,
@@ -35,7 +35,7 @@ else:
 
 __all__ = [
     "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPage", "BarPlace",
-    "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field", "FirstConePage",
+    "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field", "Filled", "FirstConePage",
     "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
     "ProbePreparePage", "ResultFrame", "ResultPage", "ResultVerdict", "SeatsPage", "SpherePage",
     "SpheresPage", "StepPage", "StepPlan", "StepSnapshot", "SweepPage", "Tap",

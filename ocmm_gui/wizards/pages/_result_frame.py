@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
@@ -15,6 +16,9 @@ from ocmm_gui.wizards.pages._pages import StepPage
 from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot, figures_area
 
 _SIDE_PX = 360
+Outcome = TypeVar("Outcome")
+Filled = tuple[Sequence[tuple[str, str]], Sequence[Finding]]
+"""Figures and warnings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +28,14 @@ class ResultVerdict:
     word: str
     mark: kit.Mark
     sentence: str
+
+
+def passed(sentence: str) -> ResultVerdict:
+    return ResultVerdict(tr("PASSED"), kit.Mark.GOOD, sentence)
+
+
+def failed(sentence: str) -> ResultVerdict:
+    return ResultVerdict(tr("FAILED"), kit.Mark.BAD, sentence)
 
 
 class PlotTabs(QWidget):
@@ -65,12 +77,14 @@ class PlotTabs(QWidget):
         return self.titles[self._stack.currentIndex()]
 
 
-class ResultFrame(kit.Themed, StepPage):
+class ResultFrame(kit.Themed, StepPage, Generic[Outcome]):
     """Plots on the left, selected with the keys 1 to 4; the verdict on the right."""
 
     keys: tuple[str, ...] = (
         "back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4",
     )  # fmt: skip
+    shows: type[Outcome]
+    """Results of another type are not shown."""
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()
@@ -97,10 +111,10 @@ class ResultFrame(kit.Themed, StepPage):
         kit.hbox((self._plots, 1), (self._waiting, 1), side, parent=self, spacing=8, margins=0)
         self._show(None)
 
-    def judge(self, outcome: object) -> ResultVerdict:
+    def judge(self, outcome: Outcome) -> ResultVerdict:
         raise NotImplementedError
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+    def fill(self, outcome: Outcome) -> Filled:
         """Show a result in the plots; return its figures and warnings."""
         raise NotImplementedError
 
@@ -148,6 +162,8 @@ class ResultFrame(kit.Themed, StepPage):
             )
         if self._shown is None:
             return ResultVerdict(tr("NOT CALCULATED"), kit.Mark.OPEN, tr("Press R to calculate."))
+        if not isinstance(self._shown, self.shows):
+            return ResultVerdict("", kit.Mark.OPEN, "")
         return self.judge(self._shown)
 
     def _show(self, outcome: object | None) -> None:
@@ -156,7 +172,7 @@ class ResultFrame(kit.Themed, StepPage):
         self._waiting.setVisible(outcome is None)
         facts: Sequence[tuple[str, str]] = ()
         findings: Sequence[Finding] = ()
-        if outcome is not None:
+        if isinstance(outcome, self.shows):
             facts, findings = self.fill(outcome)
         self.facts.show_facts(facts)
         self.warnings.setText(

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutcome, CameraChange
-from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping import PivotChange, PivotOutcome, led_paths
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig, noise_pairs
 from ocmm_core.geometry import Float
@@ -24,7 +22,7 @@ from ocmm_gui.charts import (
     TrailPlot,
 )
 from ocmm_gui.kit import later, tr
-from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
+from ocmm_gui.wizards.pages._result_frame import Filled, ResultFrame, ResultVerdict
 
 _CHANGES = (
     (later("Camera"), later("which camera")),
@@ -73,9 +71,10 @@ class CompareView(QWidget):
         )
 
 
-class ResultPage(ResultFrame):
+class ResultPage(ResultFrame[CalibrationOutcome]):
     """Residuals, errors in space and comparison of a camera calibration."""
 
+    shows = CalibrationOutcome
     plots = (later("Sensors"), later("Histogram"), later("Volume"), later("Before/after"))
 
     def __init__(self, rig: Rig, errors: str) -> None:
@@ -83,12 +82,10 @@ class ResultPage(ResultFrame):
         super().__init__(tuple(zip(kit.tr_all(self.plots), views, strict=True)))
         self.sensors, self.histogram, self.space, self.compare = views
 
-    def judge(self, outcome: object) -> ResultVerdict:
+    def judge(self, outcome: CalibrationOutcome) -> ResultVerdict:
         return _judged(outcome)
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        if not isinstance(outcome, CalibrationOutcome):
-            return (), ()
+    def fill(self, outcome: CalibrationOutcome) -> Filled:
         record, comparison = outcome.record, outcome.comparison
         self.sensors.show_residuals(outcome.residuals)
         self.histogram.show_residuals(outcome.residuals)
@@ -137,13 +134,17 @@ class ResultPage(ResultFrame):
         return facts, outcome.warnings
 
 
-def _judged(outcome: object) -> ResultVerdict:
-    if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
-        return ResultVerdict(
-            tr("USABLE, CHECK"),
-            kit.Mark.DOUBT,
-            tr("The calibration can be used, but with reservations; see below."),
-        )
+def _usable() -> ResultVerdict:
+    return ResultVerdict(
+        tr("USABLE, CHECK"),
+        kit.Mark.DOUBT,
+        tr("The calibration can be used, but with reservations; see below."),
+    )
+
+
+def _judged(outcome: CalibrationOutcome) -> ResultVerdict:
+    if outcome.warnings:
+        return _usable()
     return ResultVerdict(
         tr("GOOD"),
         kit.Mark.GOOD,
@@ -151,8 +152,10 @@ def _judged(outcome: object) -> ResultVerdict:
     )
 
 
-class TrackerResultPage(ResultFrame):
+class TrackerResultPage(ResultFrame[CalibrationOutcome]):
     """Measured noise of a tracker next to the stated one."""
+
+    shows = CalibrationOutcome
 
     def __init__(self, rig: Rig) -> None:
         heads = (
@@ -164,12 +167,12 @@ class TrackerResultPage(ResultFrame):
         super().__init__(((tr("Noise"), self.table),))
         self._rig = rig
 
-    def judge(self, outcome: object) -> ResultVerdict:
+    def judge(self, outcome: CalibrationOutcome) -> ResultVerdict:
         return _judged(outcome)
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+    def fill(self, outcome: CalibrationOutcome) -> Filled:
         before = self._rig.markers
-        if not isinstance(outcome, CalibrationOutcome) or before is None:
+        if before is None:
             return (), ()
         after = outcome.rig.markers
         assert after is not None  # noqa: S101 - of the same tracker
@@ -239,9 +242,10 @@ class PivotCompare(QWidget):
         self.leds.show_rows(_led_rows(outcome))
 
 
-class PivotResultPage(ResultFrame):
+class PivotResultPage(ResultFrame[PivotOutcome]):
     """Paths, tips, residuals and comparison of a pivot calibration."""
 
+    shows = PivotOutcome
     plots = (later("Paths"), later("Tip"), later("Spots"), later("Before/after"))
 
     def __init__(self, rig: Rig) -> None:
@@ -259,9 +263,7 @@ class PivotResultPage(ResultFrame):
             tip_distance=outcome.change.tip_distance
         )
 
-    def judge(self, outcome: object) -> ResultVerdict:
-        if not isinstance(outcome, PivotOutcome):
-            return ResultVerdict("", kit.Mark.OPEN, "")
+    def judge(self, outcome: PivotOutcome) -> ResultVerdict:
         if outcome.must_be_confirmed and outcome.change is not None:
             return ResultVerdict(
                 tr("TIP CHANGED"),
@@ -272,20 +274,14 @@ class PivotResultPage(ResultFrame):
                 ).format(tip_distance=outcome.change.tip_distance),
             )
         if outcome.findings:
-            return ResultVerdict(
-                tr("USABLE, CHECK"),
-                kit.Mark.DOUBT,
-                tr("The calibration can be used, but with reservations; see below."),
-            )
+            return _usable()
         return ResultVerdict(
             tr("GOOD"),
             kit.Mark.GOOD,
             tr("Both sweeps give the same tip. After accepting, qualify the tip on the sphere."),
         )
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        if not isinstance(outcome, PivotOutcome):
-            return (), ()
+    def fill(self, outcome: PivotOutcome) -> Filled:
         self._outcome = outcome
         first, second, validation = outcome.first, outcome.second, outcome.validation
         self.trails.show_trails(

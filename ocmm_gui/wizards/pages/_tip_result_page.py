@@ -12,14 +12,14 @@ from PySide6.QtGui import QColor, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
-from ocmm_core.calibration.records import Check, Finding, TipCheckRecord, TipRecord
+from ocmm_core.calibration.records import Check, TipCheckRecord, TipRecord
 from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui import kit
 from ocmm_gui.charts import ErrorChart, Plot, check_words, group_of, is_amount, session_of
 from ocmm_gui.kit import later, tr
-from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
+from ocmm_gui.wizards.pages._result_frame import Filled, ResultFrame, ResultVerdict, failed, passed
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
 
 _BACK_TO_LINES = 3
@@ -45,26 +45,25 @@ class RepeatsLines(Protocol):
     def back(self, now: datetime) -> None: ...
 
 
-class VerdictPage(ResultFrame):
+class VerdictPage(ResultFrame[VerificationOutcome]):
     """Pass or fail, the margin, and the decision rule."""
 
+    shows = VerificationOutcome
     keys = ("back", "repeat", "calculate", "keep", "accept")
 
     def __init__(self) -> None:
         self.chart = ErrorChart()
         super().__init__(((tr("Errors and limits"), self.chart),))
 
-    def judge(self, outcome: object) -> ResultVerdict:
+    def judge(self, outcome: VerificationOutcome) -> ResultVerdict:
         """Return the verdict."""
-        if not isinstance(outcome, VerificationOutcome):
-            return ResultVerdict("", kit.Mark.OPEN, "")
         record = outcome.record
         if record.passed:
             text = tr(
                 "Store the verdict; the calibration can then be used. Certificate: Ctrl+P in "
                 "Maintain, page Calibration."
             )
-            return ResultVerdict(tr("PASSED"), kit.Mark.GOOD, text)
+            return passed(text)
         if record.objections:
             remedies = dict.fromkeys(kit.said(one.remedy) for one in record.objections)
             text = "\n".join((*(kit.said(one.what) for one in record.objections), *remedies))
@@ -78,11 +77,9 @@ class VerdictPage(ResultFrame):
                 "and calibrate again. Jobs since the last good verification are then suspect: "
                 "Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
             )
-        return ResultVerdict(tr("FAILED"), kit.Mark.BAD, text)
+        return failed(text)
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        if not isinstance(outcome, VerificationOutcome):
-            return (), ()
+    def fill(self, outcome: VerificationOutcome) -> Filled:
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
         worst = record.checks[outcome.largest]
@@ -219,7 +216,8 @@ class FormPlot(Plot):
             painter.drawEllipse(QPointF(x, y), 5.5, 5.5)
 
 
-class TipResultPage(ResultFrame):
+class TipResultPage(ResultFrame[TipOutcome]):
+    shows = TipOutcome
     plots = (later("Limits"), later("Form"), later("Cone"), later("Before/after"))
 
     def __init__(self, rig: Rig) -> None:
@@ -230,30 +228,22 @@ class TipResultPage(ResultFrame):
         super().__init__(tuple(zip(kit.tr_all(self.plots), views, strict=True)))
         self.chart, self.form, self.cone, self.compared = views
 
-    def judge(self, outcome: object) -> ResultVerdict:
-        if not isinstance(outcome, TipOutcome):
-            return ResultVerdict("", kit.Mark.OPEN, "")
+    def judge(self, outcome: TipOutcome) -> ResultVerdict:
         if outcome.record.passed:
-            return ResultVerdict(
-                tr("PASSED"),
-                kit.Mark.GOOD,
+            return passed(
                 tr(
                     "Store the verdict; points can then be taken with this tip. Certificate: "
                     "Ctrl+P in Maintain, page Probe."
-                ),
+                )
             )
-        return ResultVerdict(
-            tr("FAILED"),
-            kit.Mark.BAD,
+        return failed(
             tr(
                 "Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails "
                 "again, calibrate the probe or change the stylus."
-            ),
+            )
         )
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        if not isinstance(outcome, TipOutcome):
-            return (), ()
+    def fill(self, outcome: TipOutcome) -> Filled:
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
         self.form.show_form(outcome.residuals_mm, outcome.directions_world)
@@ -277,9 +267,10 @@ class TipResultPage(ResultFrame):
         return facts, outcome.warnings
 
 
-class TipCheckResultPage(ResultFrame):
+class TipCheckResultPage(ResultFrame[TipCheckOutcome]):
     """The verdict of a quick check."""
 
+    shows = TipCheckOutcome
     keys = ("back", "calculate", "keep", "accept")
 
     def __init__(self) -> None:
@@ -287,32 +278,24 @@ class TipCheckResultPage(ResultFrame):
         super().__init__(((tr("Limits"), chart),))
         self.chart = chart
 
-    def judge(self, outcome: object) -> ResultVerdict:
-        if not isinstance(outcome, TipCheckOutcome):
-            return ResultVerdict("", kit.Mark.OPEN, "")
+    def judge(self, outcome: TipCheckOutcome) -> ResultVerdict:
         if outcome.record.passed:
-            return ResultVerdict(
-                tr("PASSED"),
-                kit.Mark.GOOD,
+            return passed(
                 tr(
                     "The tip is still as qualified. Store the verdict and continue. A check does "
                     "not extend the term of the qualification, whose certificate is at Ctrl+P in "
                     "Maintain, page Probe."
-                ),
+                )
             )
-        return ResultVerdict(
-            tr("FAILED"),
-            kit.Mark.BAD,
+        return failed(
             tr(
                 "The tip is no longer as qualified. Store the verdict: no points are taken until "
                 "the tip is qualified or the probe calibrated."
-            ),
+            )
         )
 
-    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+    def fill(self, outcome: TipCheckOutcome) -> Filled:
         """Show a check; return its figures and what speaks against the tip."""
-        if not isinstance(outcome, TipCheckOutcome):
-            return (), ()
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
         worst = record.checks[outcome.largest]

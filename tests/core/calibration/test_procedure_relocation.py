@@ -22,7 +22,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_sim.calibration_scenes import FreeMotionScene
-from ocmm_sim.sources import VirtualSite, scenes_of_relocation
+from ocmm_sim.sources import VirtualSite, relocation_by_step
 from tests.core.calibration.procedure_site import (
     PROBE_DOCUMENT,
     RIG_DOCUMENT,
@@ -61,7 +61,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     before = bench.calibrated()
     procedure = begin(bench, before)
     site = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
-    scenes = scenes_of_relocation(site, bench.rig, procedure.view, bench.bar, CONTROL)
+    scenes = tuple(relocation_by_step(site, bench.rig, procedure.view, bench.bar, CONTROL).values())
     virtual = bench.virtual(*scenes, move=MOVE)
     # Half of the waving, then the program is killed and goes on.
     show(procedure, virtual, bench.now, at_most=62)
@@ -118,7 +118,7 @@ def test_a_touched_bar_gives_the_scale_and_three_points_the_world(tmp_path: Path
         bench.now(),
     )
     site = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
-    scenes = scenes_of_relocation(site, bench.rig, procedure.view, bench.bar, None)
+    scenes = tuple(relocation_by_step(site, bench.rig, procedure.view, bench.bar, None).values())
     show(procedure, bench.virtual(*scenes, move=MOVE), bench.now)
     view = procedure.view
     assert view.bar_placements == 10

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.camera_faults import count_link_errors
 from ocmm_core.fieldbus.cycle._watch import PORT_ERRORS_BYTES, PortTrouble, StateWatch, port_trouble
 from ocmm_core.fieldbus.wire import decode_frame, encode_frame
 from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern
@@ -64,7 +65,7 @@ def test_the_port_is_the_one_that_counts(
 
 def test_what_was_counted_before_the_start_is_no_news() -> None:
     line = _Line()
-    line.cameras[1].esc.count_link_errors(0, 9)
+    count_link_errors(line.cameras[1].esc, 0, 9)
     line.cycles(16)
     assert not line.watch.news
     assert [camera.link_errors for camera in line.watch.view.cameras] == [0, 9]
@@ -73,7 +74,7 @@ def test_what_was_counted_before_the_start_is_no_news() -> None:
 def test_a_growing_counter_is_told_once_and_explains_faults_for_a_while() -> None:
     line = _Line()
     line.cycles(16)
-    line.cameras[1].esc.count_link_errors(1, 4)
+    count_link_errors(line.cameras[1].esc, 1, 4)
     line.watch.hurry()
     line.cycles(1)
     assert list(line.watch.news) == [(1, PortTrouble(1, 4, 0))]
@@ -88,7 +89,7 @@ def test_a_growing_counter_is_told_once_and_explains_faults_for_a_while() -> Non
 def test_counters_are_compared_across_a_bring_up() -> None:
     line = _Line()
     line.cycles(16)
-    line.cameras[0].esc.count_link_errors(0, 2)
+    count_link_errors(line.cameras[0].esc, 0, 2)
     line.watch = StateWatch(_STATIONS, line.watch)
     line.cycles(16)
     assert list(line.watch.news) == [(0, PortTrouble(0, 2, 0))]

@@ -15,6 +15,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from benchmarks.label_scenes import rig_with
+from benchmarks.steady_hand import steady_hand
 from ocmm_core.acquisition.frames import FrameAligner, FrameBlock
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
@@ -30,7 +31,7 @@ from ocmm_core.measuring import (
     with_skew,
 )
 from ocmm_core.tracking import CameraSkew, SkewMeter, TrackingPipeline, load_probe, tip_sensitivity
-from ocmm_sim.scene import Motion, VirtualRig, load_part, steady_hand
+from ocmm_sim.scene import Motion, VirtualRig, load_part
 from tests.host import long_form
 
 RATE_HZ, PERIOD_NS, FIRST_NS, BLOCK = 100, 10_000_000, 10**9, 10

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.steady_hand import steady_hand
 from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.tracking import Stillness, judge_stillness, wildness
 from ocmm_core.tracking._stillness import MotionKind
-from ocmm_sim.scene import steady_hand
 
 pytestmark = pytest.mark.numerics
 
