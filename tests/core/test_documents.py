@@ -351,7 +351,7 @@ def test_a_number_that_is_not_finite_is_named_down_to_its_place(tmp_path: Path) 
         ("points = 4", "points = 4\ndiameter = 1.0", "'features[0].diameter' is 1.0"),
         ('projection = "TOP"', 'projection = "LOW"', "'features[1].projection' names 'LOW'"),
         ('projection = "TOP"', 'projection = "B"', "'B', but needs one of: plane"),
-        ("points = 9", 'points = 9\nprojection = "TOP"', "projection' is only for circles"),
+        ("points = 9", 'points = 9\nprojection = "TOP"', "projection' is only for lines, circles"),
         ('features = ["A"]', 'features = ["A", "B"]', "a diameter needs 1"),
         ('features = ["A", "B"]', 'features = ["A"]', "a distance needs 2"),
         ('features = ["A"]', 'features = ["C"]', "names 'C', which is not a feature"),

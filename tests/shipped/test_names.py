@@ -106,6 +106,8 @@ def test_the_user_and_the_group_of_the_units_are_made() -> None:
         ):
             asked[name] = "u" if key == "User" else "g"
     assert asked == made
+    # That of serial lines is the system's.
+    made["dialout"] = "g"
     for page, name in _named(r"usermod -aG (\w+)", 1):
         assert made.get(name) == "g", f"{page}: {name}"
 
