@@ -99,7 +99,7 @@ def _inspection(app: QApplication, folder: Path) -> None:
 def _sheets(app: QApplication, window: MainWindow, folder: Path) -> None:
     """Picture every sheet in the three themes, the dark one large."""
     sheets = window.sheets
-    sheets.open("results")
+    sheets.show_sheet("results")
     detail = sheets.results.detail
     _until(app, lambda: not detail.is_busy())
     sheets.results.table.selectRow(0)
@@ -110,15 +110,15 @@ def _sheets(app: QApplication, window: MainWindow, folder: Path) -> None:
     _grab_sheet(app, window, folder, "report")
     sheets.report.formats.setCurrentRow(sheets.report.formats.count() - 1)
     _grab_sheet(app, window, folder, "report_pages")
-    sheets.open("plan")
+    sheets.show_sheet("plan")
     sheets.plan.items.setCurrentRow(5)
     _grab_sheet(app, window, folder, "plan")
-    sheets.open("alignment")
+    sheets.show_sheet("alignment")
     _until(app, lambda: not sheets.alignment.is_busy())
     _grab_sheet(app, window, folder, "alignment")
     sheets.open_job()
     _grab_sheet(app, window, folder, "job")
-    sheets.open("keys")
+    sheets.show_sheet("keys")
     _grab_sheet(app, window, folder, "keys")
 
 
