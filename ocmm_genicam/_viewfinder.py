@@ -235,15 +235,14 @@ class Viewfinder:
             self._forget()
             found = self.look()
             shares = [one.brightest for one in found if not math.isnan(one.brightest)]
-            if not shares and tries < _TRIES:
-                tries += 1
-                # Faint ones may show.
-                with contextlib.suppress(AcquisitionError):
-                    self.expose(found[0].exposure_us * _MOST_STEP)
-                continue
             if not shares:
+                # Faint ones may show with a longer exposure.
+                again = tries < _TRIES
                 with contextlib.suppress(AcquisitionError):
-                    self.expose(begun_us)
+                    self.expose(found[0].exposure_us * _MOST_STEP if again else begun_us)
+                if again:
+                    tries += 1
+                    continue
                 raise AcquisitionError(
                     "genicam.no_led",
                     "No camera sees an LED.",

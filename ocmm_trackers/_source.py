@@ -128,19 +128,17 @@ class TrackerSource:
         AcquisitionError if the tracker is wrong; if it ends, no frames until it is there again.
         """
         try:
-            if self._connecting is not None:
-                next(self._connecting)
-                return Cycle(CycleVerdict.LATE, self._interrupted)
-            return self._read()
+            if self._connecting is None:
+                return self._read()
+            next(self._connecting)
         except StopIteration:
             self._connecting = None
-            return Cycle(CycleVerdict.LATE, self._interrupted)
         except AcquisitionError as error:
             if error.code not in _CONNECTION:
                 raise
             self._interrupted = error.what
             self._connecting = self._connect(min(self._connect_s, _RECONNECT_S), _RETRY_S)
-            return Cycle(CycleVerdict.LATE, self._interrupted)
+        return Cycle(CycleVerdict.LATE, self._interrupted)
 
     def close(self) -> None:
         """End the connection; idempotent."""

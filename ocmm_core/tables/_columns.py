@@ -239,7 +239,7 @@ def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:
         raise fault(
             path, line, "row", name, f"is another name than {shortened(names[0][1])} above; the "
             "points may belong to several features",
-            "Give the points of one feature, or state the columns.",
+            _ONE,
         )  # fmt: skip
     kinds = [found[1] if (found := _NUMBERED.fullmatch(name)) else None for _, name in names]
     usual = {kind for kind in kinds if kind}

@@ -174,9 +174,10 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions, *, has_end: bool
         file, statements, plan.units(file, AXES), options, unit_cells or suffixes,
         between=(lines[0], lines[-1]),
     )  # fmt: skip
-    require_no_codes(file, list(zip(lines, bare, strict=True)))
+    coordinates = list(zip(lines, bare, strict=True))
+    require_no_codes(file, coordinates)
     if not has_end:
-        require_whole(file, list(zip(lines, bare, strict=True)))
+        require_whole(file, coordinates)
     if not options.columns:
         require_one_set(grid, plan, rows)
     values, grammar = _values(file, plan, rows, bare, options)

@@ -144,9 +144,7 @@ def sample_of(
     )
     seen = np.isfinite(uv[0, :, :, 0])
     pattern = np.full(seen.shape, rig.noise.pattern_px)
-    expected = np.zeros((0, *uv.shape[1:]))
-    if maps:
-        expected = np.zeros(uv.shape)
+    expected = np.zeros((len(uv) if maps else 0, *uv.shape[1:]))
     for c, known in enumerate(maps):
         expected[:, c, seen[c]], left = known.at(uv[:, c, seen[c]])
         pattern[c, seen[c]] = left.mean(axis=0)

@@ -65,9 +65,9 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
         return "compensation", (
             f"is 'shank', but the probe axis does not determine the probe side of a {shape}"
         )
-    # A line does not name its face; all other shapes have a normal.
     if feature.sheet and feature.shape is Shape.POINT and method != "nominal":
         return "compensation", "must be 'nominal' for a point on the other side of a sheet"
+    # A line does not name its face; all other shapes have a normal.
     if method == "nominal" and feature.shape is Shape.LINE:
         return "compensation", f"is 'nominal', but the plan does not say which way a {shape} faces"
     return None
