@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from tests.host import HANG_S, not_run
         ("CITATION.cff", r"^version: (\S+)$"),
         ("README.md", r"ocmm[_-](\d[\d.]*\d)[_-]"),
         ("installer/station/README.md", r"ocmm_(\d[\d.]*\d)_"),
+        ("installer/conda/recipe.yaml", r'^  version: "(.+)"$'),
     ],
 )
 def test_states_the_version_of_the_sources(place: str, pattern: str) -> None:
@@ -116,6 +118,28 @@ def test_the_last_versions_can_be_built_from_the_history() -> None:
             not_run("this checkout lacks the history")
         assert f'__version__ = "{version}"' in found.stdout
     assert [version for version, _ in named] == list(reversed(released[:2]))
+
+
+def test_conda_packages_need_what_wheels_need() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    text = (ROOT / "installer/conda/recipe.yaml").read_text("utf-8")
+    core, window = (
+        dict(re.findall(r"^ {8}- ([\w-]+) ([<>=].+)$", part, re.MULTILINE))
+        for part in text.split("    requirements:\n      host:")[1].split("name: ocmm-gui")
+    )
+    # What builds a wheel stands with the packages needed to run.
+    wheel = {"python": project["requires-python"], "setuptools": ">=77"}
+    for found, lines, named in (
+        (core, project["dependencies"], wheel),
+        (window, project["optional-dependencies"]["gui"], {}),
+    ):
+        # conda-forge names packages in small letters, and has all of Qt in one.
+        wanted = dict(
+            re.findall(
+                r"^([\w-]+)(.+)$", "\n".join(lines).lower().replace("-essentials", ""), re.MULTILINE
+            )
+        )
+        assert found == wanted | named
 
 
 def test_lists_the_changes_since_a_version() -> None:
