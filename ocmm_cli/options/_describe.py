@@ -8,13 +8,15 @@ from __future__ import annotations
 import functools
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from copy import copy
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Annotated, Any, Literal, get_type_hints
 
 import typer
+from rich.console import Group
+from typer.core import TyperCommand
 from typer.main import get_command_name
 
 from ocmm_cli.options import _instrument, _jobs, _servers
@@ -106,6 +108,25 @@ def option_of(command: str, name: str) -> Option | None:
     return replace(wider, default=own.default, number=own.number or wider.number)
 
 
+class _Command(TyperCommand):
+    """A command whose help breaks paths wider than their column; typer cuts them off."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print it."""
+        from typer import rich_utils
+
+        # Typer has no option for it.
+        rich_utils.Columns = _one_below_another  # type: ignore[assignment, attr-defined]
+        super().format_help(ctx, formatter)
+
+
+def _one_below_another(texts: Iterable[Any]) -> Group:
+    texts = list(texts)
+    for text in texts:
+        text.overflow = "fold"
+    return Group(*texts)
+
+
 def describe(app: typer.Typer, path: str = "") -> None:
     """Give all commands of an application their options; KeyError for one not in the table."""
     for group in app.registered_groups:
@@ -117,6 +138,7 @@ def describe(app: typer.Typer, path: str = "") -> None:
         if one.callback is not None:
             name = one.name or get_command_name(one.callback.__name__)
             one.callback = described(one.callback, f"{path} {name}".strip())
+            one.cls = _Command
 
 
 def described(command: Callable[..., Any], path: str) -> Callable[..., Any]:

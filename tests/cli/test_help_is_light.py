@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 
@@ -37,6 +38,7 @@ for path in paths(root):
     with contextlib.redirect_stdout(out):
         code = root.main([*path, "--help"], prog_name="ocmm", standalone_mode=False)
     assert not code and "Usage" in out.getvalue(), path
+    assert "…" not in out.getvalue(), path
     # The library takes a word in brackets for a style, and leaves it out.
     lost = re.search(r"\[/?[a-zA-Z#@][^\[\]]*\]", found.help or "")
     assert not lost, (path, lost)
@@ -47,7 +49,7 @@ print(json.dumps([shown, sorted(sys.modules)]))
 
 def test_no_help_loads_what_computes() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", _EVERY_HELP],
+        [sys.executable, "-c", _EVERY_HELP], env={**os.environ, "COLUMNS": "80"},
         capture_output=True, text=True, timeout=HANG_S, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
