@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import msgspec
 
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    ProbeStore,
+    probe_store_folder,
+    store_folder,
+)
 from ocmm_core.export import EXPORTERS
 from ocmm_core.export.report import ReportFile, polyworks_profile, read_report, report_of_job
 from ocmm_core.inspection.evaluation import SessionOptions
@@ -13,7 +20,11 @@ from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile, make_head
+from ocmm_machine import Machine
+from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
+from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
+from tests.machine.cut_parts import document_file
 
 GOOD = "nominal = 20.28"
 """Nominal size of the ball that the part has; the plan of the demonstration states another one."""
@@ -52,6 +63,33 @@ def measure_all(bench: Bench, folder: Path) -> None:
     measure(bench, folder, "bad", nominal="nominal = 20.0")
     measure(bench, folder, "unproven", unproven="Measured as uncalibrated.")
     measure(bench, folder, "open", touches=8)
+
+
+def record_equipment(folder: Path, made: datetime, until: str) -> None:
+    """Record cameras and a tip that were calibrated and verified, valid until a time."""
+    cameras = CalibrationStore(store_folder(folder, "recommended"))
+    record = make_record(made_utc=made.isoformat(), valid_until_utc=until)
+    cameras.accept(record, "technician", "new", made)
+    cameras.verify(make_verification(record), made)
+    tips = ProbeStore(probe_store_folder(folder, "standard"))
+    probe = make_probe_record(tip="A", made_utc=made.isoformat(), valid_until_utc=until)
+    tips.calibrate(probe, "technician", "first", made)
+    tip = make_tip_record(probe, made_utc=made.isoformat(), valid_until_utc=until)
+    tips.qualify(tip, made + timedelta(minutes=5))
+
+
+def state_offsets(folder: Path) -> tuple[Path, Path]:
+    """State a tool length twice; return the document of the machine and its records."""
+    document = document_file(
+        folder, [{"name": "H3", "kind": "length", "number": 3, "present": 0.012}],
+        [{"characteristic": "Block step", "offsets": ["H3"], "acts": "position",
+          "direction": "+Z"}],
+    )  # fmt: skip
+    records = folder / "registers"
+    machine = Machine.open(document, records)
+    machine.state({"H3": 0.02}, "me", datetime.now(UTC))
+    machine.state({"H3": 0.031}, "me", datetime.now(UTC))
+    return document, records
 
 
 def report_file(path: Path) -> ReportFile:

@@ -9,12 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    ProbeStore,
-    probe_store_folder,
-    store_folder,
-)
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
@@ -23,12 +17,9 @@ from ocmm_core.station.stream import StreamOptions
 from ocmm_machine import Machine
 from ocmm_serve.published import PublishedFacts, PublishedStation, ResultEvaluation
 from ocmm_serve.site import PublishedPlaces
-from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
-from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.inspection.conftest import Bench
 from tests.host import HANG_S
-from tests.machine.cut_parts import document_file
-from tests.serve.published_jobs import measure
+from tests.serve.published_jobs import measure, record_equipment, state_offsets
 from tests.waiting import wait_until
 
 
@@ -111,15 +102,8 @@ def test_without_a_station_its_state_is_unknown_and_never_good(tmp_path: Path) -
 def test_publishes_the_last_change_of_each_offset_and_nothing_of_an_altered_register(
     bench: Bench, tmp_path: Path
 ) -> None:
-    document = document_file(
-        tmp_path, [{"name": "H3", "kind": "length", "number": 3, "present": 0.012}],
-        [{"characteristic": "Block step", "offsets": ["H3"], "acts": "position",
-          "direction": "+Z"}],
-    )  # fmt: skip
-    records = tmp_path / "registers"
-    machine = Machine.open(document, records)
-    machine.state({"H3": 0.02}, "me", datetime.now(UTC))
-    machine.state({"H3": 0.031}, "me", datetime.now(UTC))
+    document, records = state_offsets(tmp_path)
+    register = Machine.open(document, records).register.path
     jobs = tmp_path / "jobs"
     jobs.mkdir()
     where = places(jobs, corrections=document, records=records)
@@ -130,7 +114,6 @@ def test_publishes_the_last_change_of_each_offset_and_nothing_of_an_altered_regi
         assert one.expanded is None
         assert not one.practice
         assert one.by == "me"
-    register = machine.register.path
     register.write_text(register.read_text(encoding="utf-8").replace("0.031", "0.041"), "utf-8")
     station = PublishedStation(where, print)
     with pytest.raises(StorageError):
@@ -158,15 +141,7 @@ def test_publishes_validity_and_due_dates_of_the_records(
     jobs, records = tmp_path / "jobs", tmp_path / "records"
     made = datetime.now(UTC) - timedelta(days=age_d)
     until = (made + timedelta(days=300)).isoformat()
-    cameras = CalibrationStore(store_folder(records, "recommended"))
-    record = make_record(made_utc=made.isoformat(), valid_until_utc=until)
-    cameras.accept(record, "technician", "new", made)
-    cameras.verify(make_verification(record), made)
-    tips = ProbeStore(probe_store_folder(records, "standard"))
-    probe = make_probe_record(tip="A", made_utc=made.isoformat(), valid_until_utc=until)
-    tips.calibrate(probe, "technician", "first", made)
-    tip = make_tip_record(probe, made_utc=made.isoformat(), valid_until_utc=until)
-    tips.qualify(tip, made + timedelta(minutes=5))
+    record_equipment(records, made, until)
     measure(bench, jobs, "good")
     with followed(places(jobs, probes=records, calibrations=records), []) as published:
         wait_until(lambda: bool(published.facts.calibrations))
