@@ -28,6 +28,9 @@ from tests.trackers.tracker_bench import (
 )
 from tests.waiting import wait_until
 
+# Devices send in real time; a computer that is busy with other tests cannot.
+pytestmark = pytest.mark.timing
+
 _NDI = resource("rigs", "tracker_ndi.toml")
 _RIG = load_rig(_NDI)
 _WITHIN_S = 20.0

@@ -22,6 +22,9 @@ from ocmm_sim.trackers import (
 from ocmm_trackers import PROTOCOLS, TrackerSource
 from tests.trackers.tracker_bench import LiveDevice, read, require_gap, source_to
 
+# Devices send in real time; a computer that is busy with other tests cannot.
+pytestmark = pytest.mark.timing
+
 _MAKERS: dict[str, Callable[[TrackerDocument], MarkerEncoder]] = {
     "igtl": IgtlEncoder, "natnet": NatNetEncoder, "ndi": lambda one: NdiEncoder(one, "BX"),
     "qtm": QtmEncoder,
