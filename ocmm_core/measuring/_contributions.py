@@ -156,7 +156,7 @@ class Contribution:
             own, of_points = self.own[rows.places], rows.by_points
             total += np.einsum("ani,nij,bnj->ab", of_points, own, of_points, optimize=True)
         if self.field is not None and len(rows.places):
-            answers = self.field.kept(rows.places).answers(rows.by_points)
+            answers = self.field.kept(rows.places).answers(rows)
             total += answers @ answers.T
         return total
 

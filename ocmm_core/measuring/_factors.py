@@ -95,11 +95,12 @@ class PointFactors:
         """Return the covariance (k, k) of values from their gradients: rows, or (k, 3 N + 1)."""
         rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
         inner, flat = self._at(rows.places), rows.by_points.reshape(len(rows), -1)
-        answers = _answers(rows, inner.shared)
-        if inner.pattern is not None:
-            answers = np.hstack([answers, inner.pattern.answers(rows.by_points)])
         alone = np.einsum("ani,nij->anj", rows.by_points, inner.own).reshape(len(rows), -1)
+        answers = _answers(rows, inner.shared)
         total: Float = answers @ answers.T + alone @ flat.T
+        if inner.pattern is not None:
+            answers = inner.pattern.answers(rows)
+            total += answers @ answers.T
         return total
 
     def of_deviations(self, rows: DeviationRows) -> Float:
@@ -125,6 +126,14 @@ class PointFactors:
         with_own = np.einsum("qni,ni->nq", moved.at(rows.places), rows.own)
         return of_shared, with_own + np.outer(rows.by_radius, moved.by_radius)
 
+    def of_own(self, rows: DeviationRows) -> Float:
+        """Return the variance of the own part of each deviation, (n,), mm^2."""
+        inner = self._at(rows.places)
+        own = inner.own if inner.pattern is None else inner.own + inner.pattern.own
+        found: Float = np.einsum("ni,nij,nj->n", rows.own, own, rows.own)
+        found += np.sum(_own_answers(rows, inner.shared) ** 2, axis=1)
+        return found
+
     def drawn_deviations(self, rows: DeviationRows, rng: np.random.Generator, count: int) -> Float:
         """Return ``count`` draws of the errors of n deviations, (count, n), mm; linear in n.
 
@@ -135,9 +144,7 @@ class PointFactors:
         places = rows.touched
         inner, at = self._at(places), np.searchsorted(places, rows.places)
         shared = Rows(np.arange(len(places)), rows.shared.at(places), rows.shared.by_radius)
-        by_points = inner.shared[:-1].reshape(len(places), 3, -1)[at]
-        by = np.einsum("ni,nim->nm", rows.own, by_points)
-        by += np.outer(rows.by_radius, inner.shared[-1])
+        by = _own_answers(rows, self._at(rows.places).shared)
         by += rows.by_shared @ _answers(shared, inner.shared)
         alone = PointFactors(np.zeros((3 * inner.count + 1, 0)), inner.own, inner.pattern)
         if len(shared):
@@ -152,13 +159,17 @@ class PointFactors:
     def moved(self, gradients: Rows) -> Rows:
         """Return the covariances of k values with the coordinates in their rows."""
         inner = self._at(gradients.places)
-        answers = _answers(gradients, inner.shared)
-        together = answers @ inner.shared.T
-        places = together[:, :-1].reshape(gradients.by_points.shape)
-        places = places + np.einsum("nij,knj->kni", inner.own, gradients.by_points)
+        # Most rows of an element are zero: a sphere has no direction.
+        live = np.flatnonzero(gradients.moving())
+        some = gradients if len(live) == len(gradients) else gradients[live]
+        found = np.zeros(gradients.by_points.shape)
+        together = np.zeros((len(gradients), 3 * inner.count + 1))
+        together[live] = _answers(some, inner.shared) @ inner.shared.T
+        found[live] = (some.by_points[:, :, None] @ inner.own)[:, :, 0]
         if inner.pattern is not None:
-            places = places + inner.pattern.moved(gradients.by_points)
-        return Rows(gradients.places, places, together[:, -1])
+            found[live] += inner.pattern.moved(some)
+        found += together[:, :-1].reshape(found.shape)
+        return Rows(gradients.places, found, together[:, -1])
 
     def blocks(self, places: Int) -> tuple[Float, Float, float]:
         """Return the covariance blocks of single points, mm^2.
@@ -169,7 +180,7 @@ class PointFactors:
         by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
         blocks = inner.own + by_points @ by_points.transpose(0, 2, 1)
         if inner.pattern is not None:
-            blocks = blocks + inner.pattern.blocks()
+            blocks = blocks + inner.pattern.own
         return blocks, by_points @ radius, float(radius @ radius)
 
     def draws(self) -> Callable[[np.random.Generator, int], Float]:
@@ -204,8 +215,15 @@ class PointFactors:
 
 def _answers(rows: Rows, shared: Float) -> Float:
     """Return the derivatives of k values by the shared quantities, (k, m)."""
-    answers: Float = rows.by_points.reshape(len(rows), -1) @ shared[:-1]
+    answers: Float = rows.by_points.reshape(len(rows), len(shared) - 1) @ shared[:-1]
     answers += rows.by_radius[:, None] * shared[-1]
+    return answers
+
+
+def _own_answers(rows: DeviationRows, shared: Float) -> Float:
+    """Return the derivatives of the own parts of n points by the shared quantities, (n, m)."""
+    answers: Float = np.einsum("ni,nim->nm", rows.own, shared[:-1].reshape(len(rows), 3, -1))
+    answers += np.outer(rows.by_radius, shared[-1])
     return answers
 
 
