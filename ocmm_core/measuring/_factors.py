@@ -87,6 +87,12 @@ class PointFactors:
             pattern = self.pattern.kept(chosen)
         return PointFactors(self.shared[columns], self.own[chosen], pattern)
 
+    def at(self, places: Int) -> PointFactors:
+        """Return the factors of points 0 to N - 1 as those of points ``places``, sorted by them."""
+        order = np.argsort(places)
+        ascending = np.array_equal(order, np.arange(len(places)))
+        return replace(self if ascending else self.kept(order), places=places[order])
+
     def with_own(self, added: Float) -> PointFactors:
         """Return the factors with ``added`` (N, 3, 3), mm^2, in the independent parts."""
         return replace(self, own=self.own + added)
@@ -244,14 +250,15 @@ def factors_of(
         if part.by is not None and part.covariance is not None:
             by, covariance = alike.get(id(part.by), (part.by, np.zeros_like(part.covariance)))
             alike[id(part.by)] = by, covariance + part.covariance
-    rows = [_by_points(by, root(covariance)) for by, covariance in alike.values()]
-    return PointFactors(np.hstack([np.zeros((3 * count + 1, 0)), *rows]), own, pattern)
-
-
-def _by_points(by: Float, root: Float) -> Float:
-    """Return ``by @ root``, point by point: the same bits for a point alone as among others."""
-    blocks = by[:-1].reshape(len(by) // 3, 3, len(root)) @ root
-    return np.vstack([blocks.reshape(len(by) - 1, root.shape[1]), by[-1:] @ root])
+    roots = [(by, root(covariance)) for by, covariance in alike.values()]
+    shared = np.empty((3 * count + 1, sum(half.shape[1] for _, half in roots)))
+    blocks, end = shared[:-1].reshape(count, 3, shared.shape[1]), 0
+    for by, half in roots:
+        first, end = end, end + half.shape[1]
+        # Point by point: the same bits for a point alone as among others.
+        np.matmul(by[:-1].reshape(count, 3, len(half)), half, out=blocks[:, :, first:end])
+        shared[-1, first:end] = by[-1] @ half
+    return PointFactors(shared, own, pattern)
 
 
 def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
@@ -264,11 +271,7 @@ def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
         np.concatenate([part.own for part in parts]),
         joined_fields(fields) if fields else None,
     )
-    places = np.concatenate([part.places for part in parts if part.places is not None])
-    order = np.argsort(places)
-    if not np.array_equal(order, np.arange(len(places))):
-        joined = joined.kept(order)
-    return replace(joined, places=places[order])
+    return joined.at(np.concatenate([part.places for part in parts if part.places is not None]))
 
 
 def factors_of_matrix(covariance: Float) -> PointFactors:

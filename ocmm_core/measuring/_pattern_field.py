@@ -132,20 +132,32 @@ def spread(gradients: Float, first: Int, heights: Float, gain: Float, bumps: int
     """
     count, spots = first.shape[:2]
     wide = 2 * len(gradients)
-    found, patch = np.zeros(bumps * wide), np.empty(_MET * wide)
+    found, patch, values = np.zeros(bumps * wide), np.empty(_MET * wide), np.empty(wide)
     for n in range(count):
         for s in range(spots):
-            met = False
+            live = 0
             for a in range(2):
                 for k in range(len(gradients)):
                     value = 0.0
                     for axis in range(3):
                         value += gradients[k, n, axis] * gain[n, s, a, axis]
-                    met = met or value != 0.0
-                    for j in range(_MET):
-                        patch[j * wide + a * len(gradients) + k] = heights[n, s, 1, j] * value
-            for i in range(_MET if met else 0):
-                start, height = np.uint64(wide * first[n, s, i]), heights[n, s, 0, i]
+                    values[a * len(gradients) + k] = value
+                    live += value != 0.0
+            down, along = heights[n, s]
+            if _MET * live < wide:
+                # As for deviations by their own points.
+                for c in range(wide):
+                    if values[c] != 0.0:
+                        for i in range(_MET):
+                            for j in range(_MET):
+                                at = (first[n, s, i] + j) * wide + c
+                                found[at] += down[i] * along[j] * values[c]
+                continue
+            for j in range(_MET):
+                for c in range(wide):
+                    patch[j * wide + c] = along[j] * values[c]
+            for i in range(_MET):
+                start, height = np.uint64(wide * first[n, s, i]), down[i]
                 for c in range(np.uint64(_MET * wide)):
                     found[start + c] += height * patch[c]
     return found.reshape(bumps, wide)
@@ -158,15 +170,18 @@ def blocks(camera: Int, place: Float, gain: Float) -> Float:
     found = np.zeros((count, 3, 3))
     for n in range(count):
         for s in range(spots):
-            for t in range(spots):
+            for t in range(s + 1):
                 if camera[n, s] == camera[n, t]:
                     down, along = place[n, s, 0] - place[n, t, 0], place[n, s, 1] - place[n, t, 1]
                     # Correlation of the bumps, exp(-d^2 / (2 l^2)), in pitches of l / sqrt(2).
-                    alike = math.exp(-0.25 * (down**2 + along**2))
+                    alike = math.exp(-0.25 * (down**2 + along**2)) * (0.5 if s == t else 1.0)
                     for a in range(2):
                         for i in range(3):
                             for j in range(3):
-                                found[n, i, j] += alike * gain[n, s, a, i] * gain[n, t, a, j]
+                                both = gain[n, s, a, i] * gain[n, t, a, j]
+                                found[n, i, j] += alike * (
+                                    both + gain[n, s, a, j] * gain[n, t, a, i]
+                                )
     return found
 
 
@@ -217,7 +232,7 @@ class PatternField:
         return bumps, drawn
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _bumps(field: PatternField) -> tuple[Int, Float, Float, int]:
     """Return `bumps_of` a field, and its gain: after a point several sums over it are needed."""
     first, heights, bumps = bumps_of(field.camera, field.place)
@@ -251,18 +266,16 @@ def _widened(field: PatternField, spots: int) -> tuple[Int, Float, Float, Float]
 
 def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternField:
     """Return the field of at least one point; missing spots have zero gain."""
-    most = max(len(item.camera) for item in sensitivities)
-    n, noise = len(sensitivities), rig.noise
-    camera = np.zeros((n, most), dtype=np.int64)
-    place, gain = np.zeros((n, most, 2)), np.zeros((n, most, 2, 3))
-    for index, item in enumerate(sensitivities):
-        seen = len(item.camera)
-        camera[index, :seen] = item.camera
-        place[index, :seen] = item.uv
-        # A missing spot takes the place of another, so it adds no bumps.
-        place[index, seen:], camera[index, seen:] = item.uv[0], item.camera[0]
-        gain[index, :seen] = item.by_spots.transpose(1, 2, 0)
+    counts = np.array([len(item.camera) for item in sensitivities])
+    spots = np.arange(counts.max())
+    seen = spots < counts[:, None]
+    # A missing spot takes the place of the first, so it adds no bumps.
+    chosen = (np.cumsum(counts) - counts)[:, None] + np.where(seen, spots, 0)
+    camera = np.concatenate([item.camera for item in sensitivities], dtype=np.int64)[chosen]
+    place = np.concatenate([item.uv for item in sensitivities])[chosen]
+    by_spots = np.concatenate([item.by_spots for item in sensitivities], axis=1)
+    gain = np.ascontiguousarray(by_spots.transpose(1, 2, 0))[chosen]
+    gain *= rig.noise.pattern_px * seen[:, :, None, None]
     if rig.noise_ratios:
         gain *= np.array(rig.noise_ratios)[camera][:, :, None, None]
-    place /= _PITCH * noise.pattern_length_px
-    return PatternField.of(camera, place, noise.pattern_px * gain)
+    return PatternField.of(camera, place / (_PITCH * rig.noise.pattern_length_px), gain)

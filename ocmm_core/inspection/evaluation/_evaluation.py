@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -98,9 +98,7 @@ class ValueGraph:
                 points[first:], sensitivities[first:], self._rig, self._body, options.contact,
                 options.climate.part, self._graph.plan.common_uncertainties, self._root,
             )  # fmt: skip
-            places = np.array(numbers[first:], dtype=np.int64)
-            order = np.argsort(places)
-            return replace(found.kept(order), places=places[order])
+            return found.at(np.array(numbers[first:], dtype=np.int64))
 
         return self._cache.appended(
             ("factors", name), (self._rig, self._body, options, facts), (points, sensitivities),
