@@ -80,7 +80,7 @@ ocmm_core.calibration.monitor._residual_samples
 ocmm_core.measuring._pattern_field
     blocks i2 f3 f4
     bumps_of i2 f3
-    gather f3 i3 f4 f4
+    gather f2 i3 f4 f4
     spread f3 i3 f4 f4 i
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1

@@ -56,7 +56,7 @@ class RigidTransform:
 
 def triple(values: Float) -> tuple[float, float, float]:
     """Return ``values`` (3,) as plain numbers, for documents and records."""
-    x, y, z = (float(value) for value in values)
+    x, y, z = values.tolist()
     return x, y, z
 
 

@@ -156,7 +156,7 @@ class Contribution:
             own, of_points = self.own[rows.places], rows.by_points
             total += np.einsum("ani,nij,bnj->ab", of_points, own, of_points, optimize=True)
         if self.field is not None and len(rows.places):
-            answers = self.field.kept(rows.places).answers(rows.by_points)
+            answers = self.field.kept(rows.places).answers(rows)
             total += answers @ answers.T
         return total
 
@@ -243,7 +243,7 @@ def contributions(
     tip = Contribution(TIP_RADIUS, radius, np.array([[body.tip_radius_sigma**2]]))
     if not points:
         return (tip,)
-    noise = Contribution(IMAGE_NOISE, own=np.stack([point.random_covariance for point in points]))
+    noise = Contribution(IMAGE_NOISE, own=np.array([point.random_covariance for point in points]))
     found = [noise, *systematic_contributions(sensitivities, rig, body, probe), tip]
     if contact is not None:
         moved = contact_movement(points, sensitivities, contact)
@@ -305,9 +305,9 @@ def systematic_contributions(
     probe: ProbeState | None = None,
 ) -> list[Contribution]:
     """Return the parts that averaging over frames does not remove, without tip radius."""
-    by_cameras = _with_radius(np.vstack([item.by_cameras for item in sensitivities]))
-    by_geometry = _with_radius(np.vstack([item.by_geometry for item in sensitivities]))
-    by_common = _with_radius(np.vstack([item.by_common for item in sensitivities]))
+    by_cameras = _with_radius(*(item.by_cameras for item in sensitivities))
+    by_geometry = _with_radius(*(item.by_geometry for item in sensitivities))
+    by_common = _with_radius(*(item.by_common for item in sensitivities))
     found = [
         Contribution(PATTERN, field=pattern_field(sensitivities, rig)),
         Contribution(CAMERAS, by_cameras, rig.parameter_covariance),
@@ -338,5 +338,5 @@ def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[ErrorSour
     ]
 
 
-def _with_radius(by: Float) -> Float:
-    return np.vstack([by, np.zeros((1, by.shape[1]))])
+def _with_radius(*by: Float) -> Float:
+    return np.concatenate([*by, np.zeros((1, by[0].shape[1]))])

@@ -87,6 +87,12 @@ class PointFactors:
             pattern = self.pattern.kept(chosen)
         return PointFactors(self.shared[columns], self.own[chosen], pattern)
 
+    def at(self, places: Int) -> PointFactors:
+        """Return the factors of points 0 to N - 1 as those of points ``places``, sorted by them."""
+        order = np.argsort(places)
+        ascending = np.array_equal(order, np.arange(len(places)))
+        return replace(self if ascending else self.kept(order), places=places[order])
+
     def with_own(self, added: Float) -> PointFactors:
         """Return the factors with ``added`` (N, 3, 3), mm^2, in the independent parts."""
         return replace(self, own=self.own + added)
@@ -95,11 +101,12 @@ class PointFactors:
         """Return the covariance (k, k) of values from their gradients: rows, or (k, 3 N + 1)."""
         rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
         inner, flat = self._at(rows.places), rows.by_points.reshape(len(rows), -1)
-        answers = _answers(rows, inner.shared)
-        if inner.pattern is not None:
-            answers = np.hstack([answers, inner.pattern.answers(rows.by_points)])
         alone = np.einsum("ani,nij->anj", rows.by_points, inner.own).reshape(len(rows), -1)
+        answers = _answers(rows, inner.shared)
         total: Float = answers @ answers.T + alone @ flat.T
+        if inner.pattern is not None:
+            answers = inner.pattern.answers(rows)
+            total += answers @ answers.T
         return total
 
     def of_deviations(self, rows: DeviationRows) -> Float:
@@ -125,6 +132,14 @@ class PointFactors:
         with_own = np.einsum("qni,ni->nq", moved.at(rows.places), rows.own)
         return of_shared, with_own + np.outer(rows.by_radius, moved.by_radius)
 
+    def of_own(self, rows: DeviationRows) -> Float:
+        """Return the variance of the own part of each deviation, (n,), mm^2."""
+        inner = self._at(rows.places)
+        own = inner.own if inner.pattern is None else inner.own + inner.pattern.own
+        found: Float = np.einsum("ni,nij,nj->n", rows.own, own, rows.own)
+        found += np.sum(_own_answers(rows, inner.shared) ** 2, axis=1)
+        return found
+
     def drawn_deviations(self, rows: DeviationRows, rng: np.random.Generator, count: int) -> Float:
         """Return ``count`` draws of the errors of n deviations, (count, n), mm; linear in n.
 
@@ -135,9 +150,7 @@ class PointFactors:
         places = rows.touched
         inner, at = self._at(places), np.searchsorted(places, rows.places)
         shared = Rows(np.arange(len(places)), rows.shared.at(places), rows.shared.by_radius)
-        by_points = inner.shared[:-1].reshape(len(places), 3, -1)[at]
-        by = np.einsum("ni,nim->nm", rows.own, by_points)
-        by += np.outer(rows.by_radius, inner.shared[-1])
+        by = _own_answers(rows, self._at(rows.places).shared)
         by += rows.by_shared @ _answers(shared, inner.shared)
         alone = PointFactors(np.zeros((3 * inner.count + 1, 0)), inner.own, inner.pattern)
         if len(shared):
@@ -152,13 +165,17 @@ class PointFactors:
     def moved(self, gradients: Rows) -> Rows:
         """Return the covariances of k values with the coordinates in their rows."""
         inner = self._at(gradients.places)
-        answers = _answers(gradients, inner.shared)
-        together = answers @ inner.shared.T
-        places = together[:, :-1].reshape(gradients.by_points.shape)
-        places = places + np.einsum("nij,knj->kni", inner.own, gradients.by_points)
+        # Most rows of an element are zero: a sphere has no direction.
+        live = np.flatnonzero(gradients.moving())
+        some = gradients if len(live) == len(gradients) else gradients[live]
+        found = np.zeros(gradients.by_points.shape)
+        together = np.zeros((len(gradients), 3 * inner.count + 1))
+        together[live] = _answers(some, inner.shared) @ inner.shared.T
+        found[live] = (some.by_points[:, :, None] @ inner.own)[:, :, 0]
         if inner.pattern is not None:
-            places = places + inner.pattern.moved(gradients.by_points)
-        return Rows(gradients.places, places, together[:, -1])
+            found[live] += inner.pattern.moved(some)
+        found += together[:, :-1].reshape(found.shape)
+        return Rows(gradients.places, found, together[:, -1])
 
     def blocks(self, places: Int) -> tuple[Float, Float, float]:
         """Return the covariance blocks of single points, mm^2.
@@ -169,7 +186,7 @@ class PointFactors:
         by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
         blocks = inner.own + by_points @ by_points.transpose(0, 2, 1)
         if inner.pattern is not None:
-            blocks = blocks + inner.pattern.blocks()
+            blocks = blocks + inner.pattern.own
         return blocks, by_points @ radius, float(radius @ radius)
 
     def draws(self) -> Callable[[np.random.Generator, int], Float]:
@@ -204,8 +221,15 @@ class PointFactors:
 
 def _answers(rows: Rows, shared: Float) -> Float:
     """Return the derivatives of k values by the shared quantities, (k, m)."""
-    answers: Float = rows.by_points.reshape(len(rows), -1) @ shared[:-1]
+    answers: Float = rows.by_points.reshape(len(rows), len(shared) - 1) @ shared[:-1]
     answers += rows.by_radius[:, None] * shared[-1]
+    return answers
+
+
+def _own_answers(rows: DeviationRows, shared: Float) -> Float:
+    """Return the derivatives of the own parts of n points by the shared quantities, (n, m)."""
+    answers: Float = np.einsum("ni,nim->nm", rows.own, shared[:-1].reshape(len(rows), 3, -1))
+    answers += np.outer(rows.by_radius, shared[-1])
     return answers
 
 
@@ -226,14 +250,15 @@ def factors_of(
         if part.by is not None and part.covariance is not None:
             by, covariance = alike.get(id(part.by), (part.by, np.zeros_like(part.covariance)))
             alike[id(part.by)] = by, covariance + part.covariance
-    rows = [_by_points(by, root(covariance)) for by, covariance in alike.values()]
-    return PointFactors(np.hstack([np.zeros((3 * count + 1, 0)), *rows]), own, pattern)
-
-
-def _by_points(by: Float, root: Float) -> Float:
-    """Return ``by @ root``, point by point: the same bits for a point alone as among others."""
-    blocks = by[:-1].reshape(len(by) // 3, 3, len(root)) @ root
-    return np.vstack([blocks.reshape(len(by) - 1, root.shape[1]), by[-1:] @ root])
+    roots = [(by, root(covariance)) for by, covariance in alike.values()]
+    shared = np.empty((3 * count + 1, sum(half.shape[1] for _, half in roots)))
+    blocks, end = shared[:-1].reshape(count, 3, shared.shape[1]), 0
+    for by, half in roots:
+        first, end = end, end + half.shape[1]
+        # Point by point: the same bits for a point alone as among others.
+        np.matmul(by[:-1].reshape(count, 3, len(half)), half, out=blocks[:, :, first:end])
+        shared[-1, first:end] = by[-1] @ half
+    return PointFactors(shared, own, pattern)
 
 
 def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
@@ -246,11 +271,7 @@ def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
         np.concatenate([part.own for part in parts]),
         joined_fields(fields) if fields else None,
     )
-    places = np.concatenate([part.places for part in parts if part.places is not None])
-    order = np.argsort(places)
-    if not np.array_equal(order, np.arange(len(places))):
-        joined = joined.kept(order)
-    return replace(joined, places=places[order])
+    return joined.at(np.concatenate([part.places for part in parts if part.places is not None]))
 
 
 def factors_of_matrix(covariance: Float) -> PointFactors:

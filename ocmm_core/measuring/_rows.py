@@ -239,7 +239,8 @@ class DeviationRows:
     @property
     def touched(self) -> Int:
         """Return the places of all points that they depend on, ascending."""
-        return np.union1d(self.shared.places, self.places)
+        known = self.shared.places
+        return known if np.array_equal(known, self.places) else np.union1d(known, self.places)
 
     @property
     def rows(self) -> Rows:

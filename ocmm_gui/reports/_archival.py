@@ -35,6 +35,10 @@ from PySide6.QtGui import QColor, QColorSpace, QPainter, QPdfWriter, QPen
 
 _OFF = -9000
 """Position of the marks, tenths of a millimetre: far off the page."""
+_LEVEL = 3
+"""Of compression: half the time of the usual one, for a file larger by some percent."""
+_MARKING = QPen(QColor("black"), 2.0)
+"""Not the default pen, which Qt strokes as an area."""
 _MARK = re.compile(rb"-9000 -(\d+) m\n-9000 -\d+ l\nS\n")
 _RANGE = re.compile(rb"^(<\w{4}> <\w{4}> )(.*)$", re.MULTILINE)
 """Of a font's codes, and the characters that they are copied as."""
@@ -79,8 +83,7 @@ def paint_tag(painter: QPainter, number: int) -> None:
     if isinstance(painter.device(), QPdfWriter):
         painter.save()
         painter.setClipping(False)
-        # Not the default pen, which Qt strokes as an area.
-        painter.setPen(QPen(QColor("black"), 2.0))
+        painter.setPen(_MARKING)
         painter.drawLine(QPointF(_OFF, -number - 2), QPointF(_OFF, -number - 3))
         painter.restore()
 
@@ -160,7 +163,7 @@ def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
         found, content = _marked(b"" if drawn is None else drawn.get_data(), tags)
         for mark, index in enumerate(found):
             kids[index].append(f"<</Type/MCR/Pg {_place(place)}/MCID {mark}>>")
-        page[_n("Contents")] = _add(writer, _stream(content).flate_encode())
+        page[_n("Contents")] = _add(writer, _stream(content).flate_encode(_LEVEL))
         page[_n("StructParents")] = NumberObject(number)
         page[_n("Tabs")] = _n("S")
         numbers.append(f"{number}[{' '.join(nodes[index] for index in found)}]")
@@ -235,7 +238,7 @@ def _file(writer: PdfWriter, name: str, content: bytes, stamp: str) -> Dictionar
     kind = _n(_TYPES[name[name.rindex(".") :]])
     times = _dict(ModDate=TextStringObject(stamp), Size=NumberObject(len(content)))
     stream = _add(writer, _stream(content, Type=_n("EmbeddedFile"), Subtype=kind, Params=times)
-                  .flate_encode())  # fmt: skip
+                  .flate_encode(_LEVEL))  # fmt: skip
     return _dict(
         Type=_n("Filespec"), F=TextStringObject(name), UF=TextStringObject(name),
         EF=_dict(F=stream, UF=stream), AFRelationship=_n("Data"),

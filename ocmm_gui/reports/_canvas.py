@@ -7,6 +7,7 @@ application and no screen.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -238,11 +239,14 @@ def drawing() -> Iterator[None]:
         # A report needs no screen, and there may be none.
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     application = None if QGuiApplication.instance() else QGuiApplication([])
+    # The many parts of pages start searches for cycles, which need not go through the job.
+    gc.freeze()
     try:
         yield
     finally:
+        gc.unfreeze()
         if application is not None:
-            for cached in (_face, _has_glyph):
+            for cached in (_face, _has_glyph, _lines_height, _is_of_font):
                 cached.cache_clear()
             # Deleting the last reference does not suffice: PySide keeps one.
             application.shutdown()
@@ -285,8 +289,27 @@ def _has_glyph(sign: str) -> bool:
 
 def text_height(text: str, style: Style, width: float) -> float:
     _, metrics = _face(style.size, style.bold)
-    box, text = QRectF(0.0, 0.0, width, 1e6), printable(text)
+    text = printable(text)
+    lines = text.split("\n")
+    if all(metrics.horizontalAdvance(line) <= width for line in lines) and (
+        text.isascii() or all(_is_of_font(sign, style.bold) for sign in set(text))
+    ):
+        return _lines_height(style.size, style.bold, len(lines))
+    box = QRectF(0.0, 0.0, width, 1e6)
     return metrics.boundingRect(box, _wrapping(metrics, text, width), text).height()
+
+
+@lru_cache(maxsize=256)
+def _lines_height(size: float, bold: bool, count: int) -> float:
+    """Return the height of lines without a break: most texts of tables."""
+    box, text = QRectF(0.0, 0.0, 1e6, 1e6), "\n".join("x" * count)
+    return _face(size, bold)[1].boundingRect(box, 0, text).height()
+
+
+@lru_cache(maxsize=4096)
+def _is_of_font(sign: str, bold: bool) -> bool:
+    """Return whether a sign is not of another font, whose lines may be higher."""
+    return sign == "\n" or _face(BODY.size, bold)[1].inFontUcs4(ord(sign))
 
 
 def _wrapping(metrics: QFontMetricsF, text: str, width: float) -> int:

@@ -107,16 +107,17 @@ def picture(canvas: PageCanvas, data: report.ReportData) -> None:
         painter.restore()
         ink(painter, QPen(QColor(INK.border), 2.0), Qt.BrushStyle.NoBrush)
         painter.drawRect(box)
-        _paint_words(painter, box, tags, places)
+        for word in words:
+            _paint_word(painter, box.topLeft(), *word)
 
     tags = [item for item in items if isinstance(item, Tag)]
     places = orbit.project(np.array([tag.point for tag in tags]).reshape(-1, 3), WIDTH, height)
+    words = list(placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))
     canvas.draw(height, paint, canvas.speech.word("The part as measured"))
-    written = sum(1 for _ in placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))
-    if written < len(tags):
+    if len(words) < len(tags):
         # A missing label must not suggest a missing feature.
         canvas.write_sentence(
-            f"{len(tags) - written} of {len(tags)} names have no room here.", SMALL
+            f"{len(tags) - len(words)} of {len(tags)} names have no room here.", SMALL
         )
     deviation_scale(canvas, data, seen, colour_mm)
 
@@ -134,21 +135,24 @@ def _best_view(reach: Float, up: Float) -> tuple[Orbit, float]:
 
 def _sized(reach: Float, view: Orbit) -> tuple[float, Orbit, float]:
     """Return the scale of the part in a view, the view, and the height of its picture."""
-    wide, high = np.maximum(np.ptp(reach @ view.axes()[:2].T, axis=0), 1.0)
+    wide, high = np.maximum(np.ptp(view.axes()[:2] @ reach.T, axis=1), 1.0)
     # Height for the full page width, within the limits of a page.
     height = float(np.clip(WIDTH * high / wide, _LEAST_HIGH, _MOST_HIGH))
     return float(min(WIDTH / wide, height / high)), view, height
 
 
-def _paint_words(painter: QPainter, box: QRectF, tags: Sequence[Tag], places: Float) -> None:
-    for tag, anchor, word in placed_words(box, tags, places):
-        painter.setPen(QPen(QColor(INK.muted), 1.5))
-        if not word.contains(anchor):
-            painter.drawLine(anchor, _nearest(word, anchor))
-        ink(painter, Qt.PenStyle.NoPen, QColor(255, 255, 255, 215))
-        painter.drawRect(word)
-        style = Style(_WORD.size, bold=True, colour=tag.colour)
-        paint_text(painter, word.adjusted(_PAD, 0.0, 0.0, 0.0), tag.text, style)
+def _paint_word(
+    painter: QPainter, corner: QPointF, tag: Tag, anchor: QPointF, word: QRectF
+) -> None:
+    """Paint a label whose position is from ``corner`` on."""
+    word, anchor = word.translated(corner), anchor + corner
+    painter.setPen(QPen(QColor(INK.muted), 1.5))
+    if not word.contains(anchor):
+        painter.drawLine(anchor, _nearest(word, anchor))
+    ink(painter, Qt.PenStyle.NoPen, QColor(255, 255, 255, 215))
+    painter.drawRect(word)
+    style = Style(_WORD.size, bold=True, colour=tag.colour)
+    paint_text(painter, word.adjusted(_PAD, 0.0, 0.0, 0.0), tag.text, style)
 
 
 def placed_words(
@@ -168,8 +172,12 @@ def placed_words(
         spots = _spots(anchor, metrics.horizontalAdvance(printable(tag.text)) + 2.0 * _PAD, height)
         inside = (spots[:, 0] >= box.left()) & (spots[:, 2] <= box.right())
         inside &= (spots[:, 1] >= box.top()) & (spots[:, 3] <= box.bottom())
-        spots = spots[inside]
-        others = taken[:count, None]
+        spots, others = spots[inside], taken[:count]
+        if not len(spots):
+            continue
+        # Only labels within their reach are compared with each position.
+        low, high = spots[:, :2].min(axis=0), spots[:, 2:].max(axis=0)
+        others = others[np.all((others[:, :2] < high) & (others[:, 2:] > low), axis=1), None]
         covers = (spots[:, 0] < others[..., 2]) & (spots[:, 2] > others[..., 0])
         covers &= (spots[:, 1] < others[..., 3]) & (spots[:, 3] > others[..., 1])
         free = np.flatnonzero(~covers.any(axis=0))

@@ -8,13 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QRectF
-from PySide6.QtGui import QImage
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QFontMetricsF, QImage
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.report import ReportData, paper_facts, report_number
 from ocmm_core.export.template import SECTIONS, Particulars, load_paper
+from ocmm_gui.kit import text_font
 from ocmm_gui.reports import _pdf as pdf
+from ocmm_gui.reports._canvas import Style, printable, text_height
 from ocmm_gui.reports._pdf import placed_words
 from ocmm_gui.scene import Tag
 from tests.core.export.sample_report import sample_report
@@ -94,6 +96,21 @@ def test_words_of_the_picture_never_cover_each_other() -> None:
         assert len(words) == crowd
         assert all(box.contains(word) for word in words)
         assert not any(one.intersects(other) for one, other in combinations(words, 2))
+
+
+@pytest.mark.usefixtures("qapp")
+def test_heights_of_texts_are_those_of_qt() -> None:
+    rng = np.random.default_rng()
+    signs = np.array(list("0123456789.-+ aWg≤Ø°✓\n\U0001f600中"))
+    for _ in range(300):
+        text = "".join(rng.choice(signs, rng.integers(20)))
+        style = Style(float(rng.uniform(18.0, 60.0)), bold=bool(rng.integers(2)))
+        width = float(rng.uniform(40.0, 800.0))
+        shown, metrics = printable(text), QFontMetricsF(text_font(style.size, bold=style.bold))
+        longest = max(map(metrics.horizontalAdvance, shown.split()), default=0.0)
+        flag = Qt.TextFlag.TextWrapAnywhere if longest > width else Qt.TextFlag.TextWordWrap
+        expected = metrics.boundingRect(QRectF(0.0, 0.0, width, 1e6), int(flag), shown).height()
+        assert text_height(text, style, width) == expected, (text, style, width)
 
 
 @pytest.mark.usefixtures("qapp")

@@ -5,6 +5,7 @@ Shortest form that reads back equal; an unseen spot is null; fields never change
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import msgspec
@@ -290,7 +291,7 @@ def _spots(spots: Float) -> json_schema.Spots:
 
 
 def _seen(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+    return value if math.isfinite(value) else None
 
 
 JSON = Exporter(

@@ -15,7 +15,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import (
-        SAME_RADIUS, ActualFeature, Touches, actual_features,
+        SAME_RADIUS, ActualFeature, Touches, actual_features, features_of_touches,
     )  # fmt: skip
     from ocmm_core.features.measured._construct import (
         AXIAL, CENTRED, LONG, Bisector, Construction, FitThrough, Intersection, Midpoint, Offset,
@@ -45,7 +45,8 @@ __all__ = [
     "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset", "Orientation",
     "PairResult", "PartOf", "SetReport", "TappedHole", "Touches", "ZoneProof", "actual_features",
     "beyond_first_order", "can_be_oriented", "certificate", "commanding_points", "commanding_rows",
-    "commanding_touches", "constructed_features", "construction_fault", "fit", "fit_shape",
+    "commanding_touches", "constructed_features", "construction_fault", "features_of_touches",
+    "fit", "fit_shape",
     "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",
     "nominal_geometries", "oriented_feature", "outliers", "probed_features", "shapes_with",
     "solver_start", "verify_folder",

@@ -11,8 +11,11 @@ material.
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import assert_never
 
 import numpy as np
@@ -46,6 +49,8 @@ _CORNER_MM = 0.001
 
 SHORTEST_MM = 1.0
 """Closer points give no direction."""
+
+_TOUCHED = attrgetter("number", "tip_world", "direction", "tip_radius", "approach")
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +165,30 @@ class Touches:
     along_path: bool = False
     """Whether some were measured by continuous probing, so that neighbours share their form."""
 
+    @classmethod
+    def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> Touches:
+        """Return the touches of one or more points; the radius of different balls is NaN."""
+        numbers, tips, directions, radii, approaches = zip(*map(_TOUCHED, points), strict=True)
+        return cls(
+            numbers,
+            tuple(places),
+            np.array(tips, dtype=np.float64),
+            np.array(directions, dtype=np.float64),
+            float(radii[0]) if max(radii) - min(radii) <= SAME_RADIUS else math.nan,
+            PATH in approaches,
+        )
+
+    def __add__(self, other: Touches) -> Touches:
+        same = abs(self.tip_radius - other.tip_radius) <= SAME_RADIUS
+        return Touches(
+            self.numbers + other.numbers,
+            self.places + other.places,
+            np.concatenate([self.tips, other.tips]),
+            np.concatenate([self.directions, other.directions]),
+            self.tip_radius if same else math.nan,
+            self.along_path or other.along_path,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class ActualFeature:
@@ -191,14 +220,22 @@ def actual_features(
 
     ``places`` are indices of the points in rows of jacobians; None for 0 to N - 1.
     """
+    own: defaultdict[str, list[tuple[MeasuredPoint, int]]] = defaultdict(list)
+    for touched in zip(points, places or range(len(points)), strict=True):
+        own[touched[0].feature].append(touched)
+    touches = {name: Touches.of(*zip(*some, strict=True)) for name, some in own.items()}
+    return features_of_touches(nominals, touches)
+
+
+def features_of_touches(
+    nominals: Sequence[NominalFeature], own: Mapping[str, Touches]
+) -> dict[str, ActualFeature | FitError]:
+    """Return all features by name, or the errors; ``own`` are the touches by feature."""
     found: dict[str, ActualFeature | FitError] = {}
-    own: dict[str, list[tuple[int, MeasuredPoint]]] = {}
-    for place, point in zip(places or range(len(points)), points, strict=True):
-        own.setdefault(point.feature, []).append((place, point))
     # Planes first: circles may be projected along their normals.
     for nominal in sorted(nominals, key=lambda item: item.projection != ""):
         try:
-            touches = touches_of(nominal, own.get(nominal.name, ()))
+            touches = checked_touches(nominal, own.get(nominal.name))
             found[nominal.name] = _actual(nominal, touches, found)
         except FitError as error:
             what = error.what if nominal.name in error.what else f"{nominal.name}: {error.what}"
@@ -344,30 +381,22 @@ def fit_projected(
     return projected(touches.tips, plane_normal, known)
 
 
-def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint]]) -> Touches:
-    own = [point for _, point in touched]
-    minimum = MINIMUM_POINTS[nominal.shape]
-    if len(own) < minimum:
-        what = f"{nominal.name} needs at least {minimum} points ({len(own)} taken)."
+def checked_touches(nominal: NominalFeature, touches: Touches | None) -> Touches:
+    """Return the touches of a feature; FitError for too few, or with different balls."""
+    minimum, taken = MINIMUM_POINTS[nominal.shape], len(touches.numbers) if touches else 0
+    if touches is None or taken < minimum:
+        what = f"{nominal.name} needs at least {minimum} points ({taken} taken)."
         if minimum == 1:
             what = f"{nominal.name} has no points."
         raise FitError("feature.too_few_points", what, "Take the missing points.")
-    radii = np.array([point.tip_radius for point in own])
-    if np.ptp(radii) > SAME_RADIUS:
+    if math.isnan(touches.tip_radius):
         raise FitError(
             "feature.mixed_tips",
             f"The points of {nominal.name} were taken with balls of different diameters.",
             "Take all points of one feature with one stylus.",
         )
-    return Touches(
-        numbers=tuple(point.number for point in own),
-        places=tuple(place for place, _ in touched),
-        tips=np.array([point.tip_world for point in own], dtype=np.float64),
-        directions=np.array([point.direction for point in own], dtype=np.float64),
-        # A ball larger by the thickness would touch the other side of the sheet.
-        tip_radius=float(radii[0]) + nominal.sheet,
-        along_path=any(point.approach == PATH for point in own),
-    )
+    # A ball larger by the thickness would touch the other side of the sheet.
+    return replace(touches, tip_radius=touches.tip_radius + nominal.sheet)
 
 
 def _projection_plane(

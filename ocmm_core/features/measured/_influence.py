@@ -20,11 +20,12 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import distance_derivatives, nominal_distances
 from ocmm_core.features.measured._actual import (
+    Touches,
+    checked_touches,
     fit_projected,
     fit_touches,
     flattened,
     sign_of,
-    touches_of,
 )
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.shapes import DIRECTION, MINIMUM_POINTS, POINT, Fit, NominalFeature, Shape
@@ -186,7 +187,7 @@ def commanding_touches(
     """
     simple = msgspec.structs.replace(nominal, criterion="least squares")
     try:
-        touches = touches_of(nominal, list(enumerate(points)))
+        touches = checked_touches(nominal, Touches.of(points, range(len(points))))
         if nominal.shape is Shape.LINE and plane_normal is not None:
             touches, plane_normal = flattened(nominal, touches, plane_normal), None
     except FitError:

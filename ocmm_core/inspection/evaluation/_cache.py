@@ -227,7 +227,9 @@ class Grouped(Generic[T]):
     ) -> Grouped[T]:
         """Return the values by feature; only those behind the first change are grouped anew."""
         old = cls((), (), {}, {}) if before is None else before
-        first = min(_first_change(old.points, points), _first_change(old.values, values))
+        first = _first_change(old.points, points)
+        if values is not points:
+            first = min(first, _first_change(old.values, values))
         gone: Counter[str] = Counter(point.feature for point in old.points[first:])
         new: defaultdict[str, list[T]] = defaultdict(list)
         owners = dict(old.owners)
@@ -255,7 +257,9 @@ def _starts_with(new: Sequence[object], old: Sequence[object]) -> bool:
 
 def _first_change(old: Sequence[object], new: Sequence[object]) -> int:
     """Return the first index at which two sequences differ, or the length of the shorter one."""
-    return next(compress(count(), map(is_not, old, new)), min(len(old), len(new)))
+    if _starts_with(new, old):
+        return len(old)
+    return next(compress(count(), map(is_not, old, new)), len(new))
 
 
 @dataclass(frozen=True, slots=True)

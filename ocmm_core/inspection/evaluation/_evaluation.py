@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -56,7 +56,6 @@ class ValueGraph:
     def __init__(self, graph: job_graph.FeatureGraph, rig: Rig, body: ProbeBody) -> None:
         self._graph, self._rig, self._body = graph, rig, body
         self._cache = graph.cache
-        self._roots: dict[tuple[tuple[int, ...], bytes], Float] = {}
 
     def results(
         self,
@@ -99,9 +98,7 @@ class ValueGraph:
                 points[first:], sensitivities[first:], self._rig, self._body, options.contact,
                 options.climate.part, self._graph.plan.common_uncertainties, self._root,
             )  # fmt: skip
-            places = np.array(numbers[first:], dtype=np.int64)
-            order = np.argsort(places)
-            return replace(found.kept(order), places=places[order])
+            return found.at(np.array(numbers[first:], dtype=np.int64))
 
         return self._cache.appended(
             ("factors", name), (self._rig, self._body, options, facts), (points, sensitivities),
@@ -109,10 +106,8 @@ class ValueGraph:
         )  # fmt: skip
 
     def _root(self, covariance: Float) -> Float:
-        key = covariance.shape, covariance.tobytes()
-        if key not in self._roots:
-            self._roots[key] = root_of(covariance)
-        return self._roots[key]
+        key = "root", covariance.shape, covariance.tobytes()
+        return self._cache.known(key, (), lambda: root_of(covariance))
 
     def _record(
         self, name: str, feature: ActualFeature | FitError, blocks: Mapping[str, PointFactors]
@@ -154,7 +149,7 @@ class _Known:
         self.actual = _Features(records)
 
     def touching(self, places: Sequence[int]) -> set[str]:
-        return {self._owners[place] for place in places}
+        return set(map(self._owners.__getitem__, places))
 
     def factors(self, names: Collection[str]) -> PointFactors:
         found = [self._records[name].factors for name in names]

@@ -15,7 +15,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
-from operator import add
+from operator import add, attrgetter
 from typing import TypeVar
 
 import numpy as np
@@ -26,8 +26,10 @@ from ocmm_core.features.measured import (
     ActualFeature,
     CommandingPoints,
     Construction,
+    Touches,
     actual_features,
     constructed_features,
+    features_of_touches,
     geometries_of,
     in_order,
     measured_of,
@@ -50,6 +52,7 @@ from ocmm_core.measuring import MeasuredPoint, reported_points
 from ocmm_core.tolerances.zones import Characteristic
 
 T = TypeVar("T")
+_NUMBER = attrgetter("number")
 
 MAX_SLANT_DEG = 30.0
 """A point approached further off the direction of the plan is not compensated."""
@@ -206,12 +209,12 @@ class FeatureGraph:
 
     def touched(self, points: Sequence[MeasuredPoint]) -> PointsByFeature:
         """Return stored points as reported, indexed by their numbers."""
-        cache, part = self.cache, self.options.climate.part
+        cache, part, points = self.cache, self.options.climate.part, tuple(points)
         own = self.grouped("points", points, points)
         raw = own.by_feature
         return PointsByFeature(
             cache.table("reported", (part,), (raw,), lambda name: self._reported(name, raw[name])),
-            cache.table("places", (), (raw,), lambda name: tuple(one.number for one in raw[name])),
+            cache.table("places", (), (raw,), lambda name: tuple(map(_NUMBER, raw[name]))),
             own.owners,
         )
 
@@ -312,9 +315,15 @@ class FeatureGraph:
     def _fitted(self, name: str, touched: PointsByFeature) -> ActualFeature | FitError:
         by_name = self.facts.by_name
         names = [one for one in (by_name[name].projection, name) if one]
-        points, places = touched.of_features(names)
-        known = [by_name[one] for one in names if one in by_name]
-        return actual_features(known, points, places)[name]
+        own = {one: self._touches(one, touched) for one in names if one in touched.points}
+        return features_of_touches([by_name[one] for one in names if one in by_name], own)[name]
+
+    def _touches(self, name: str, touched: PointsByFeature) -> Touches:
+        points, places = touched.points[name], touched.places[name]
+        return self.cache.appended(
+            ("touches", name), (), (points, places),
+            lambda first: Touches.of(points[first:], places[first:]), Touches.__add__,
+        )  # fmt: skip
 
     def _compensated(
         self, name: str, touched: PointsByFeature, T_part_from_world: RigidTransform

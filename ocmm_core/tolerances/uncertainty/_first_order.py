@@ -80,7 +80,7 @@ def second_order(
     asked = [i for i, variance in enumerate(variances) if variance > _SMALL * greatest]
     moves = []
     for i in asked:
-        along = vectors[:, i : i + 1].T @ gradients
+        along = gradients if len(gradients) == 1 else vectors[:, i : i + 1].T @ gradients
         # Irrelevant points move along.
         move = Rows.nothing(1)
         if factors is not None:
@@ -131,7 +131,11 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
         own = gradients.at(places)
         if not np.any(own):
             continue
-        by_geometry = own.reshape(len(gradients), -1) @ np.linalg.pinv(raw.jacobian, 1e-10)
+        # Most rows of an element are zero: a sphere has no direction.
+        live = np.any(raw.jacobian, axis=1)
+        by_geometry = np.zeros((len(gradients), len(live)))
+        inverse = np.linalg.pinv(raw.jacobian[live], 1e-10)
+        by_geometry[:, live] = own.reshape(len(gradients), -1) @ inverse
         sign = 1.0 if feature.nominal.side == "outer" else -1.0
         parts.append((raw, touches.tips, places, by_geometry.T, sign * touches.tip_radius))
     if not parts:

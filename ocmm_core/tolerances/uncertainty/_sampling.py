@@ -39,18 +39,12 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 def of_residuals(slopes: DeviationRows, factors: PointFactors) -> tuple[float, Float]:
     """Return the summed variances of n residuals, mm^2, with derivatives (n, 3) by own points."""
-    by_geometry, places = slopes.by_shared, slopes.places
-    of_points = slopes.shared.at(places)
-    blocks, with_radius, radius = factors.blocks(places)
-    normals, by_radius = slopes.own, slopes.by_radius
+    by_geometry, of_points = slopes.by_shared, slopes.shared.at(slopes.places)
     of_element, with_own = factors.of_shared(slopes)
-    total = float(np.einsum("na,ab,nb->", by_geometry, of_element, by_geometry))
+    total = float(np.sum((by_geometry.T @ by_geometry) * of_element))
     total += 2.0 * float(np.sum(by_geometry * with_own))
-    total += float(np.einsum("ni,nij,nj->", normals, blocks, normals))
-    total += float(
-        np.sum(by_radius * (2.0 * np.sum(normals * with_radius, axis=1) + by_radius * radius))
-    )
-    return total, np.einsum("na,ani->ni", by_geometry, of_points) + normals
+    total += float(np.sum(factors.of_own(slopes)))
+    return total, np.einsum("na,ani->ni", by_geometry, of_points) + slopes.own
 
 
 _COVERAGE = 2.0

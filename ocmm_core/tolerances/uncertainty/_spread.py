@@ -82,16 +82,17 @@ def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, 
     weights = np.full(deviations.shape, 1.0 / deviations.shape[1])
     upper = np.full(len(deviations), np.inf)
     lower = np.zeros(len(deviations))
-    ridge = 1e-12 * np.eye(basis.shape[1])
+    k = basis.shape[1]
+    squares = (basis[:, :, None] * basis[:, None]).reshape(len(basis), k * k)
     for _ in range(steps):
-        weighted = weights[:, :, None] * basis
-        normal = basis.T @ weighted + ridge * np.max(weights, axis=1)[:, None, None]
-        right = np.einsum("bnk,bn->bk", weighted, deviations)
+        normal = (weights @ squares).reshape(len(weights), k, k)
+        normal += 1e-12 * np.eye(k) * np.max(weights, axis=1)[:, None, None]
+        right = (weights * deviations) @ basis
         taken = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
         left = np.abs(deviations - taken @ basis.T)
         upper = np.minimum(upper, left.max(axis=1))
-        lower = np.maximum(lower, np.sqrt(np.sum(weights * left**2, axis=1)))
-        weights = weights * left
+        weights *= left
+        lower = np.maximum(lower, np.sqrt(np.einsum("bn,bn->b", weights, left)))
         weights /= np.maximum(weights.sum(axis=1), 1e-300)[:, None]
     return lower, upper
 

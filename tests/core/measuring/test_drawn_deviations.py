@@ -12,7 +12,7 @@ import pytest
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import Shape
-from ocmm_core.measuring import PointFactors
+from ocmm_core.measuring import DeviationRows, PointFactors
 from ocmm_core.measuring._pattern_field import PatternField
 from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.zones import Characteristic
@@ -44,13 +44,22 @@ def path_on_a_face(count: int, seed: int) -> Job:
     camera[:, 1] = 1
     gain = np.zeros((count, 2, 2, 3))
     gain[:, 0, 0, 2] = gain[:, 1, 1, 2] = gain[:, 1, 0, 0] = NOISE_MM
-    pattern = PatternField(camera, np.repeat(places[:, None, :2], 2, axis=1), gain)
+    pattern = PatternField.of(camera, np.repeat(places[:, None, :2], 2, axis=1), gain)
     shared = 0.5 * NOISE_MM * rng.standard_normal((3 * count + 1, 4))
     factors = PointFactors(shared, np.tile(NOISE_MM**2 * np.eye(3), (count, 1, 1)), pattern)
     errors = factors.draws()(rng, 1)[0, :-1].reshape(count, 3)
     own = touches("face", places + errors * normal, np.tile(normal, (count, 1)))
     points = [replace(one, approach="path") for one in own]
     return Job(actual_features([nominal("face", Shape.PLANE, 0.0, "outer")], points), factors)
+
+
+def test_variances_of_own_parts_are_those_of_their_covariance() -> None:
+    job = path_on_a_face(60, seed=4)
+    rows = job.face.by_residuals
+    alone = DeviationRows.of_own(rows.places, rows.own, rows.by_radius)
+    # Each camera has one spot of a point: its variance is exact, only the order of sums differs.
+    expected = np.diagonal(job.factors.of_deviations(alone))
+    assert job.factors.of_own(rows) == pytest.approx(expected, rel=1e-12)
 
 
 def test_drawn_errors_have_the_covariance_of_the_deviations() -> None:

@@ -105,10 +105,10 @@ def test_the_correlation_of_two_spots_is_the_gaussian_of_their_distance() -> Non
     place[:2] = [[[2.0, 2.0]], [[5.0, 5.0]]]
     gain = np.zeros((300, 1, 2, 3))
     gain[:, 0, 0, 0] = 1.0
-    field = PatternField(np.zeros((300, 1), dtype=np.int64), place, gain)
+    field = PatternField.of(np.zeros((300, 1), dtype=np.int64), place, gain)
     gradients = np.zeros((300, 300, 3))
     gradients[np.arange(300), np.arange(300), 0] = 1.0
-    answers = field.answers(gradients)
+    answers = field.answers(Rows(np.arange(300), gradients, np.zeros(300)))
     apart = np.sum((place - place[:, 0]) ** 2, axis=2)
     assert np.abs(answers @ answers.T - np.exp(-0.25 * apart)).max() < LARGEST_ERROR
     # A single spot is exact, except for rounding.
