@@ -13,7 +13,7 @@ from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import Image
 
 _LIBRARY = "libaravis-0.8.so.0"
-_BUFFERS = 24
+BUFFERS = 24
 _SOCKET_BYTES = 4 << 20
 FRAME_KEPT_US = 100_000
 """Time for the packets of a frame; an incomplete one holds back those behind it."""
@@ -233,7 +233,7 @@ class AravisCamera:
             (b"packet-timeout", self._patience_us // 5), (b"frame-retention", self._patience_us),
         ):  # fmt: skip
             set_(_P(self._stream), name, c.c_int(value), None)
-        for _ in range(_BUFFERS):
+        for _ in range(BUFFERS):
             buffer = self._library.arv_buffer_new(size, None)
             self._library.arv_stream_push_buffer(self._stream, buffer)
         _call("arv_camera_start_acquisition", self._camera, to=self.serial)

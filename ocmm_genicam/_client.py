@@ -26,7 +26,7 @@ class Image:
     number: int
     """Block id of the transport; 16 bits wide in most cameras, and never 0."""
     time_ns: int
-    """Time of the exposure on the clock of the camera."""
+    """Time of the exposure on the clock of the camera; 0: unknown."""
     pixel_format: int
     """Code of the Pixel Format Naming Convention."""
     width: int
@@ -81,6 +81,10 @@ class Camera(Protocol):
 
 class Cameras(Protocol):
     """Finds cameras and takes control of them."""
+
+    def found(self) -> dict[str, str]:
+        """Return maker and model of each camera, by serial number."""
+        ...
 
     def open(self, serial: str) -> Camera:
         """Take control of a camera; AcquisitionError if absent or controlled by others."""

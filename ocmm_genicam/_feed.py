@@ -13,12 +13,19 @@ from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_descri
 from ocmm_genicam._set_up import Expected
 
 PREFIX = "genicam:"
-UNTIMED = "untimed"
-"""Before the serial numbers: cameras without proof of a common exposure time."""
+UNTIMED, GENTL = "untimed", "gentl"
+"""Before the serial numbers: cameras without proof of a common exposure time, and cameras by GenTL
+producers."""
 
 
 def genicam_config(
-    rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: str, *, untimed: bool = False
+    rig: Rig,
+    serials: tuple[str, ...],
+    ring: FrameRing,
+    name: str,
+    *,
+    untimed: bool = False,
+    gentl: bool = False,
 ) -> GenicamConfig:
     """Return the configuration for cameras in the order of the rig."""
     return GenicamConfig(
@@ -30,6 +37,7 @@ def genicam_config(
         period_ns=round(1e9 / rig.frame_rate_hz),
         untimed=untimed,
         n_slots=ring.n_slots,
+        gentl=gentl,
     )
 
 
@@ -40,9 +48,8 @@ def slots_for(n_leds: int) -> int:
 
 def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
     """Return the cameras named in a source; InputError if they are not those of the rig."""
-    first, *others = (part.strip() for part in value.split(","))
-    untimed = first == UNTIMED
-    serials = tuple(others) if untimed else (first, *others)
+    serials, words = _serials(value)
+    untimed = UNTIMED in words
     require_cameras_of(rig, serials)
     n_leds = load_probe(request.probe).n_leds
     if request.reference is not None:
@@ -50,18 +57,26 @@ def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
     ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
     timing = "exposure times not proven" if untimed else "exposure times proven by PTP"
     name = f"GenICam {', '.join(serials)} ({timing})"
-    config = genicam_config(rig, serials, ring, name, untimed=untimed)
+    config = genicam_config(rig, serials, ring, name, untimed=untimed, gentl=GENTL in words)
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 
 
-def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected]]:
-    """Return the serial numbers of a source genicam:SERIAL,SERIAL, and the cameras of the rig.
+def _serials(value: str) -> tuple[tuple[str, ...], set[str]]:
+    """Return the serial numbers of a source, and the words before them."""
+    parts = [part.strip() for part in value.split(",")]
+    words = set()
+    while parts and parts[0] in (UNTIMED, GENTL):
+        words.add(parts.pop(0))
+    return tuple(parts), words
+
+
+def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected], bool]:
+    """Return the serial numbers of a source, the cameras of the rig, and whether GenTL reads them.
 
     InputError for another source, or for other cameras.
     """
-    serials = tuple(part.strip() for part in source.removeprefix(PREFIX).split(","))
-    serials = serials[1:] if serials[0] == UNTIMED else serials
+    serials, words = _serials(source.removeprefix(PREFIX))
     if not source.startswith(PREFIX) or serials == ("virtual",):
         raise InputError(
             "genicam.source",
@@ -71,9 +86,10 @@ def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected
         )
     require_cameras_of(rig, serials)
     period_ns = round(1e9 / rig.frame_rate_hz)
-    return serials, [
+    expected = [
         Expected(camera.name, camera.width, camera.height, period_ns) for camera in rig.cameras
     ]
+    return serials, expected, GENTL in words
 
 
 def require_cameras_of(rig: Rig, serials: tuple[str, ...]) -> None:

@@ -158,6 +158,13 @@ class Grabber:
                 f"px in {self._pixels.name}.",
                 "Close other programs that change the camera, then open the job again.",
             )
+        if not image.time_ns:
+            raise AcquisitionError(
+                "genicam.no_time",
+                f"Camera {self.camera.serial} sends images without time: lost ones cannot be "
+                "counted.",
+                "Use a camera, and a producer, with time stamps.",
+            )
         gap = self._exposures_since(image)
         if gap is None:
             account.refused += 1

@@ -23,7 +23,8 @@ from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
 from ocmm_core.processes import end_process, end_with_parent, process_context
-from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
+from ocmm_genicam._aravis import FRAME_KEPT_US
+from ocmm_genicam._harvesters import camera_library
 from ocmm_genicam._set_up import Expected
 from ocmm_genicam._source import GenicamSource
 from ocmm_genicam._timing import SKEW_BOUND_NS
@@ -52,6 +53,8 @@ class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     """Accept cameras without proof of a common clock and common exposures."""
     n_slots: int = USUAL_SLOTS
     """Spots of each camera."""
+    gentl: bool = False
+    """Read by GenTL producers."""
 
 
 def genicam_command() -> list[str]:
@@ -75,17 +78,19 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
 
 
 class ViewfinderProcess:
-    """A `Viewfinder` of Aravis in a separate process, with the same methods and errors.
+    """A `Viewfinder` in a separate process, with the same methods and errors.
 
     AcquisitionError also if the process ended, or gave no answer for half a minute.
     """
 
-    def __init__(self, serials: Sequence[str], expected: Sequence[Expected]) -> None:
+    def __init__(
+        self, serials: Sequence[str], expected: Sequence[Expected], gentl: bool = False
+    ) -> None:
         context = process_context()
         self._pipe, theirs = context.Pipe()
         self._process: BaseProcess | None = context.Process(
-            target=_serve, args=(theirs, tuple(serials), tuple(expected)), name="ocmm-viewfinder",
-            daemon=True,
+            target=_serve, args=(theirs, tuple(serials), tuple(expected), gentl),
+            name="ocmm-viewfinder", daemon=True,
         )  # fmt: skip
         self._process.start()
         theirs.close()
@@ -146,10 +151,12 @@ class ViewfinderProcess:
         return found[0]
 
 
-def _serve(pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...]) -> None:
+def _serve(
+    pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...], gentl: bool
+) -> None:
     end_with_parent()
     try:
-        finder = Viewfinder(AravisCameras(), serials, expected)
+        finder = Viewfinder(camera_library(gentl), serials, expected)
     except Exception as error:
         pipe.send(contained(error, "The viewfinder"))
         return
@@ -184,7 +191,7 @@ def _run() -> int:
         ]
         source = GenicamSource(
             genicam_description(config),
-            AravisCameras(_STRETCHED_US if config.stretched else FRAME_KEPT_US),
+            camera_library(config.gentl, _STRETCHED_US if config.stretched else FRAME_KEPT_US),
             config.serials, expected, config.silence_s, untimed=config.untimed,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stop).run_program()

@@ -101,6 +101,14 @@ def first_of(camera: Camera, names: tuple[str, ...]) -> str:
     return next((one for one in names if camera.has(one)), "")
 
 
+def sensor_size(camera: Camera) -> tuple[int, int]:
+    """Return the width and height of a whole image, px."""
+    width, height = (
+        first_of(camera, (f"{side}Max", f"Sensor{side}")) or side for side in ("Width", "Height")
+    )
+    return camera.integer(width), camera.integer(height)
+
+
 def lost_by(camera: Camera) -> tuple[str, ...]:
     """Return what is lost by the features that a camera lacks, one sentence each."""
     return tuple(
@@ -202,7 +210,7 @@ def set_up(camera: Camera, expected: Expected) -> PixelFormat:
     for offset in ("OffsetX", "OffsetY"):
         if camera.has(offset):
             camera.set_integer(offset, 0)
-    size = (camera.integer("WidthMax"), camera.integer("HeightMax"))
+    size = sensor_size(camera)
     if size != (expected.width, expected.height):
         raise AcquisitionError(
             "genicam.size",

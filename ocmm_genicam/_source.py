@@ -77,9 +77,9 @@ class GenicamSource:
             Grabber(*one, self._fresh.set)
             for one in zip(self._opened, clocks, formats, self._expected, strict=True)
         ]
-        self._joined_s = time.monotonic()
         for one in self._grabbers:
             one.start()
+        self._joined_s = time.monotonic()
 
     def read(self) -> Cycle:
         """Return the frames complete in all cameras; AcquisitionError for a faulty camera."""

@@ -17,6 +17,11 @@ CAMERAS = SourceSpec(
             "the same without a common clock: the skew of the exposures is measured from the "
             "moving probe and is in U, and a moving probe gives no point",
         ),
+        (
+            "genicam:gentl,SERIAL,SERIAL",
+            "cameras by the GenTL producers of their makers (CoaXPress, USB3 Vision and others), "
+            "also with untimed; needs the package Harvesters",
+        ),
     ),
     takes_value=True,
     origin=Origin.CAMERAS,

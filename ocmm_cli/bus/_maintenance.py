@@ -246,15 +246,15 @@ def expose(
 
 
 @camera_app.command()
-def genicam() -> None:
-    """List the GigE Vision cameras in the network, and what their sensors and features allow.
+def genicam(*, gentl: bool) -> None:
+    """List the GenICam cameras that are found, and what their sensors and features allow.
 
     Each camera is opened, not changed, and released. Ends with 1 if there is none.
     """
-    from ocmm_genicam import AravisCameras, exposure_us, lost_by
+    from ocmm_genicam import camera_library, exposure_us, lost_by, sensor_size
 
     console = make_console()
-    cameras = AravisCameras()
+    cameras = camera_library(gentl)
     rows, notes = [], []
     for serial, model in cameras.found().items():
         try:
@@ -264,15 +264,16 @@ def genicam() -> None:
             notes.append(error_text(error))
             continue
         try:
-            size = f"{camera.integer('WidthMax')} x {camera.integer('HeightMax')}"
+            size = "{} x {}".format(*sensor_size(camera))
             rows.append((serial, model, size, f"{exposure_us(camera):.6g}"))
             notes += [f"{serial}: {tr(lost)}" for lost in lost_by(camera)]
         finally:
             camera.close()
     if not rows:
         console.show(
-            "No GigE Vision camera was found. Check power and cables, that their addresses are in "
-            "the network of this computer, and that no firewall blocks UDP port 3956."
+            "No camera was found. Check power and cables; for GigE Vision, also that their "
+            "addresses are in the network of this computer, and that no firewall blocks UDP port "
+            "3956."
         )
         raise typer.Exit(1)
     print_grid(console, heads("Serial", "Maker and model", "Pixels", "Exposure, µs"), rows)

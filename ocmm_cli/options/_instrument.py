@@ -92,6 +92,9 @@ TABLE = {
         Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
                "on a terminal you are asked, a script keeps it.", flags="--accept/--keep"),
     ),
+    "camera genicam": (
+        Option("gentl", False, "List the cameras of the GenTL producers in GENICAM_GENTL64_PATH."),
+    ),
     "camera expose": (
         Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),
         Option("exposure", None, "Exposure time, µs; default: found by the brightest LED.",

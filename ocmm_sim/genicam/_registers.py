@@ -94,6 +94,11 @@ class Memory:
         self._bytes = bytearray(SIZE)
         self._fill()
 
+    @property
+    def size(self) -> int:
+        """Return the number of bytes."""
+        return len(self._bytes)
+
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes; IndexError outside the memory."""
         if not 0 <= address <= address + count <= SIZE:

@@ -392,8 +392,8 @@ def _exposures_apart(uv: np.ndarray) -> int:
     return round(float((turns[1] - turns[0] + _TURN / 2) % _TURN - _TURN / 2))
 
 
-def _pictures(repeats: int) -> Any:
-    """Take views with the command, then return how far the spots of each lie apart, px."""
+def small_rig(folder: Path) -> Path:
+    """Return the document of a rig of two small cameras with the numbers of `CONFIG`."""
     text = resource("rigs", "recommended.toml").read_text(encoding="utf-8")
     for old, new in (
         ("frame_rate_hz = 8000", "frame_rate_hz = 100"),
@@ -403,11 +403,17 @@ def _pictures(repeats: int) -> Any:
         ("0_px = 1023.5", f"0_px = {SIZE / 2}"),
     ):  # fmt: skip
         text = text.replace(old, new)
+    document = folder / "rig.toml"
+    document.write_text(text, encoding="utf-8")
+    return document
+
+
+def _pictures(repeats: int) -> Any:
+    """Take views with the command, then return how far the spots of each lie apart, px."""
     rig = Rig(CONFIG, SECOND)
     try:
         with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(io.StringIO()):
-            document, folder = Path(name) / "rig.toml", Path(name) / "views"
-            document.write_text(text, encoding="utf-8")
+            document, folder = small_rig(Path(name)), Path(name) / "views"
             for _ in range(2):
                 take_pictures(
                     folder=folder, source="genicam:101,102", rig=document, views=repeats, every=0.3,
