@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import msgspec
+import numpy as np
+
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.camera import MAX_SLOTS, USUAL_SLOTS, Rig
@@ -9,13 +12,14 @@ from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe, load_reference
+from ocmm_genicam._link import volume_window
 from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
 from ocmm_genicam._set_up import Expected
 
 PREFIX = "genicam:"
-UNTIMED, GENTL = "untimed", "gentl"
-"""Before the serial numbers: cameras without proof of a common exposure time, and cameras by GenTL
-producers."""
+UNTIMED, GENTL, REGION = "untimed", "gentl", "region"
+"""Before the serial numbers: cameras without proof of a common exposure time, cameras by GenTL
+producers, and images of the part of the sensor that shows the volume."""
 
 
 def genicam_config(
@@ -51,13 +55,20 @@ def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
     serials, words = _serials(value)
     untimed = UNTIMED in words
     require_cameras_of(rig, serials)
-    n_leds = load_probe(request.probe).n_leds
+    probe = load_probe(request.probe)
+    n_leds = probe.n_leds
     if request.reference is not None:
         n_leds += load_reference(request.reference).n_leds
     ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
     timing = "exposure times not proven" if untimed else "exposure times proven by PTP"
     name = f"GenICam {', '.join(serials)} ({timing})"
     config = genicam_config(rig, serials, ring, name, untimed=untimed, gentl=GENTL in words)
+    if REGION in words:
+        reach_mm = float(np.linalg.norm(probe.leds_probe - probe.tip_probe, axis=1).max())
+        windows = [volume_window(one, rig.volume_world, reach_mm) for one in rig.cameras]
+        config = msgspec.structs.replace(
+            config, windows=tuple((one.left, one.top, one.width, one.height) for one in windows)
+        )
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 
@@ -66,7 +77,7 @@ def _serials(value: str) -> tuple[tuple[str, ...], set[str]]:
     """Return the serial numbers of a source, and the words before them."""
     parts = [part.strip() for part in value.split(",")]
     words = set()
-    while parts and parts[0] in (UNTIMED, GENTL):
+    while parts and parts[0] in (UNTIMED, GENTL, REGION):
         words.add(parts.pop(0))
     return tuple(parts), words
 

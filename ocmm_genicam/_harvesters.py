@@ -114,6 +114,7 @@ class GenTLCamera:
         self._acquirer, self._nodes = acquirer, acquirer.remote_device.node_map
         self._taken: Any = None
         self._closed = False
+        self._corner = {"X": 0, "Y": 0}
         self._n_incomplete = 0
         counted = type("Counted", (core.Callback,), {"emit": lambda _self, _of: self._count()})
         acquirer.add_callback(acquirer.Events.INCOMPLETE_BUFFER, counted())
@@ -162,6 +163,14 @@ class GenTLCamera:
         with _translated(self.serial):
             self._node(feature).value = value
 
+    def steps(self, feature: str) -> tuple[int, int]:
+        with _translated(self.serial):
+            node = self._node(feature)
+            return int(node.min), max(int(node.inc), 1)
+
+    def address(self) -> str:
+        return ""
+
     def execute(self, feature: str) -> None:
         with _translated(self.serial):
             self._node(feature).execute()
@@ -181,6 +190,10 @@ class GenTLCamera:
     def start(self) -> None:
         """Allocate buffers and start the acquisition."""
         with _translated(self.serial):
+            # Some producers do not tell the place of an image.
+            self._corner = {
+                one: self.integer(f"Offset{one}") if self.has(f"Offset{one}") else 0 for one in "XY"
+            }
             self._acquirer.num_buffers = max(BUFFERS, self._acquirer.min_num_buffers)
             self._acquirer.start()
 
@@ -203,6 +216,8 @@ class GenTLCamera:
             return Image(
                 0, taken.frame_id, self._time_ns(taken), taken.pixel_format, taken.width,
                 taken.height, data[_fact(taken, "image_offset") or 0 :],
+                *(self._corner[axis] if (found := _fact(taken, f"offset_{axis.lower()}")) is None
+                  else found for axis in "XY"),
             )  # fmt: skip
 
     def _time_ns(self, buffer: Any) -> int:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
-from ocmm_core.camera import USUAL_SLOTS
+from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.errors import AcquisitionError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
 from ocmm_core.processes import end_process, end_with_parent, process_context
@@ -55,6 +55,8 @@ class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     """Spots of each camera."""
     gentl: bool = False
     """Read by GenTL producers."""
+    windows: tuple[tuple[int, int, int, int], ...] = ()
+    """Left, top, width and height of the part of each sensor that is needed; empty: all of them."""
 
 
 def genicam_command() -> list[str]:
@@ -186,8 +188,10 @@ def _run() -> int:
         stop = stopped_by_parent()
         lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
         expected = [
-            Expected(*one, config.period_ns, line, config.n_slots)
-            for one, line in zip(config.cameras, lines, strict=True)
+            Expected(*one, config.period_ns, line, config.n_slots, window and Window(*window))
+            for one, line, window in zip(
+                config.cameras, lines, config.windows or (None,) * len(lines), strict=True
+            )
         ]
         source = GenicamSource(
             genicam_description(config),

@@ -22,6 +22,11 @@ CAMERAS = SourceSpec(
             "cameras by the GenTL producers of their makers (CoaXPress, USB3 Vision and others), "
             "also with untimed; needs the package Harvesters",
         ),
+        (
+            "genicam:region,SERIAL,SERIAL",
+            "images of the part of each sensor that shows the probe in the volume of the rig, also "
+            "with untimed or gentl: less to send, so that a higher rate fits",
+        ),
     ),
     takes_value=True,
     origin=Origin.CAMERAS,

@@ -20,8 +20,10 @@ from ocmm_core.camera import SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, scaled, unpack
+from ocmm_genicam._link import loads_of
 from ocmm_genicam._set_up import (
     Expected,
+    SetUp,
     has_decibels,
     set_exposure,
     set_gain,
@@ -78,6 +80,8 @@ class CameraLook:
     """Energy of the edges over the largest one so far, 0 to 1; NaN without an image."""
     images: int
     incomplete: int
+    load: str = ""
+    """Images of all cameras of its network card in MB/s, what the card carries, and its name."""
 
     @property
     def brightness(self) -> Brightness:
@@ -93,7 +97,9 @@ class _View:
 
     def __init__(self, camera: Camera, expected: Expected) -> None:
         self.camera, self.expected = camera, expected
-        self.pixels: PixelFormat = set_up(camera, expected)
+        self.set_up: SetUp = set_up(camera, expected)
+        self.pixels: PixelFormat = self.set_up.pixels
+        self.load = ""
         self._options = replace(self.pixels.spot_options(), search_lines=expected.height)
         self._brightest, self._sharpest = math.nan, 0.0
         self._images = self._incomplete = self._skips = 0
@@ -126,6 +132,7 @@ class _View:
         empty = CameraLook(
             self.camera.serial, self.camera.model, exposure_us, gain, np.zeros((0, 0), np.uint8), 1,
             np.zeros((0, 2)), math.nan, math.nan, math.nan, self._images, self._incomplete,
+            self.load,
         )  # fmt: skip
         if counts is None:
             return empty
@@ -156,12 +163,10 @@ class _View:
         )  # fmt: skip
 
     def _is_whole(self, image: Image) -> bool:
-        size = (self.pixels.code, self.expected.width, self.expected.height)
-        least = self.pixels.bytes_of(self.expected.width, self.expected.height)
         return (
             image.status == COMPLETE
-            and (image.pixel_format, image.width, image.height) == size
-            and len(image.data) >= least
+            and self.set_up.is_of(image)
+            and len(image.data) >= self.set_up.size
         )
 
 
@@ -183,7 +188,12 @@ class Viewfinder:
                 except BaseException:
                     camera.close()
                     raise
-            for view in self._views:
+            loads = loads_of(
+                [view.camera for view in self._views], [view.set_up for view in self._views],
+                expected[0].period_ns,
+            )  # fmt: skip
+            for view, load in zip(self._views, loads, strict=True):
+                view.load = str(load)
                 view.camera.start()
         except BaseException:
             self.close()

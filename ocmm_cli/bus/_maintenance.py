@@ -233,11 +233,11 @@ def expose(
         (one.serial, *(text.replace("nan", "–") for text in (
             f"{one.exposure_us:.6g}", f"{one.gain:.4g}", f"{100.0 * one.brightest:.0f} %",
             f"{one.width_px:.2f}")),
-         str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness))
+         str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness), one.load)
         for one in looks
     ]  # fmt: skip
     columns = heads("Serial", "Exposure, µs", "Gain", "Brightest", "Spot px", "LEDs", "Incomplete",
-                    "Verdict")  # fmt: skip
+                    "Verdict", "Network card")  # fmt: skip
     print_grid(console, columns, rows)
     if keep:
         console.show("The cameras load these settings at power-up.")

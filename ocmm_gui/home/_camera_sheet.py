@@ -373,11 +373,12 @@ def _facts(look: CameraLook) -> str:
     gain = "–" if math.isnan(look.gain) else f"{look.gain:g}"
     return tr(
         "{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness "
-        "{focus} % of the best; incomplete images: {incomplete} of {images}"
+        "{focus} % of the best; incomplete images: {incomplete} of {images}; network card: {load}"
     ).format(
         serial=look.serial, exposure=kit.localised(f"{look.exposure_us:.1f}"), gain=gain,
         spots=len(look.spots_px), width=kit.localised(width), focus=focus,
         incomplete=look.incomplete, images=look.images + look.incomplete,
+        load=kit.localised(look.load),
     )  # fmt: skip
 
 

@@ -1813,8 +1813,8 @@ Startet: {source}</translation>
         <translation>Feld „{field}“ ist leer: einen Pfad eingeben.</translation>
     </message>
     <message>
-        <source>{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness {focus} % of the best; incomplete images: {incomplete} of {images}</source>
-        <translation>{serial}: Belichtung {exposure} µs, Verstärkung {gain}; Lichtpunkte: {spots}, {width} px breit; Schärfe {focus} % der besten; unvollständige Bilder: {incomplete} von {images}</translation>
+        <source>{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness {focus} % of the best; incomplete images: {incomplete} of {images}; network card: {load}</source>
+        <translation>{serial}: Belichtung {exposure} µs, Verstärkung {gain}; Lichtpunkte: {spots}, {width} px breit; Schärfe {focus} % der besten; unvollständige Bilder: {incomplete} von {images}; Netzwerkkarte: {load}</translation>
     </message>
     <message>
         <source>{views} views; residuals {rms:.3f} px RMS; corners scatter by {sigma:.3f} px.</source>

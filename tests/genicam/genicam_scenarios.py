@@ -8,6 +8,8 @@ runs along a circle in the images, so that the place of a spot tells which expos
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import fcntl
 import io
 import json
 import multiprocessing
@@ -39,7 +41,7 @@ from ocmm_core.acquisition.frames import (
     SourceDescription,
     read_status,
 )
-from ocmm_core.camera import USUAL_SLOTS
+from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
@@ -51,7 +53,7 @@ from ocmm_genicam import (
     ViewfinderProcess,
     genicam_command,
 )
-from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, packed
+from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, Memory, packed
 from tests.compiled import load_compiled
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
@@ -61,6 +63,9 @@ HOST_PORT = 0x0D00
 """Register of GigE Vision: where the first stream goes."""
 _ALL_PACKETS, _RECEIVE_FORCED = 3, 33
 """ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
+_TUNSETIFF, _IFF_TAP = 0x400454CA, 2
+_ETHTOOL, _SET_SETTINGS = 0x8946, 2
+"""Of Linux."""
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
 CONFIG = GigeConfig(
@@ -85,6 +90,19 @@ def image_of(exposure: int) -> memoryview:
     return packed((100 + 2800 * spot).astype(np.uint16)).data.cast("B")
 
 
+def part_of(image: memoryview, memory: Memory) -> memoryview:
+    """Return the part of an image of `SIZE` that a camera is set to, Mono12p."""
+    left, top, width, height = (
+        memory.integer(one)
+        for one in (Feature.OFFSET_X, Feature.OFFSET_Y, Feature.WIDTH, Feature.HEIGHT)
+    )
+    if (width, height) == (SIZE, SIZE):
+        return image
+    rows = np.frombuffer(image, np.uint8).reshape(SIZE, SIZE * 3 // 2)[top : top + height]
+    part = rows[:, left * 3 // 2 : (left + width) * 3 // 2]
+    return np.ascontiguousarray(part).data.cast("B")
+
+
 class Rig:
     """Two cameras that expose together, and the source that reads them."""
 
@@ -103,10 +121,15 @@ class Rig:
         """Send the same image from now on."""
         self._images = [image] * _TURN
 
-    def source(self, *, untimed: bool = False, n_slots: int = USUAL_SLOTS) -> GenicamSource:
+    def source(
+        self, *, untimed: bool = False, n_slots: int = USUAL_SLOTS, window: Window | None = None
+    ) -> GenicamSource:
         serials = tuple(int(one) for one in self.serials)
         description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
-        expected = [Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots) for one in self.serials]
+        expected = [
+            Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots, window=window)
+            for one in self.serials
+        ]
         return GenicamSource(
             description, AravisCameras(), self.serials, expected, _SILENCE_S, untimed=untimed
         )
@@ -131,8 +154,8 @@ class Rig:
         due = time.monotonic()
         while not self._ended.is_set():
             for camera in self.cameras:
-                camera.send(self._images[self.exposure % _TURN],
-                            FIRST_NS + self.exposure * PERIOD_NS)  # fmt: skip
+                image = part_of(self._images[self.exposure % _TURN], camera.memory)
+                camera.send(image, FIRST_NS + self.exposure * PERIOD_NS)
             self.exposure += 1
             due = max(due + PERIOD_NS * 1e-9, time.monotonic() - 0.1)
             time.sleep(max(0.0, due - time.monotonic()))
@@ -298,6 +321,57 @@ def _many_spots(_repeats: int) -> Any:
     apart = np.linalg.norm(uv[-1][:, :, None] - np.array(places), axis=3)
     found = [len(set(np.argmin(one, axis=1))) for one in apart]
     return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
+
+
+def _region(_repeats: int) -> Any:
+    """Read the part of the sensors that has the circle of the spot; return it and its frames."""
+    rig = Rig(CONFIG, SECOND)
+    source = rig.source(window=Window(61, 59, 135, 139))
+    try:
+        source.open()
+        frames = read_for(rig, source, 2.0)
+        memory = rig.cameras[1].memory
+        part = [memory.integer(one) for one in
+                (Feature.OFFSET_X, Feature.OFFSET_Y, Feature.WIDTH, Feature.HEIGHT)]  # fmt: skip
+    finally:
+        source.close()
+        rig.close()
+    return {"wrong": rig.wrong, "right": rig.right, "frames": frames, "part": part}
+
+
+def _shared_card(_repeats: int) -> Any:
+    """Open cameras that one network card of 10 Mbit/s reaches, at once and by parts; with loads."""
+    card = os.open("/dev/net/tun", os.O_RDWR)
+    fcntl.ioctl(card, _TUNSETIFF, struct.pack("16sH", b"cameras", _IFF_TAP))
+    for words in ("addr add 10.9.0.1/24 dev cameras", "addr add 10.9.0.2/24 dev cameras",
+                  "link set cameras up"):  # fmt: skip
+        subprocess.run(["ip", *words.split()], check=True)
+    settings = ctypes.create_string_buffer(44)
+    struct.pack_into("<IIIH", settings, 0, _SET_SETTINGS, 0, 0, 10)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        fcntl.ioctl(link, _ETHTOOL, struct.pack("16sP16x", b"cameras", ctypes.addressof(settings)))
+    here = [
+        replace(one, address=f"10.9.0.{n}", packet_size=1400)
+        for n, one in enumerate((CONFIG, SECOND), 1)
+    ]
+    rig, told = Rig(*here), []
+    cameras = [Expected(one, SIZE, SIZE, PERIOD_NS) for one in rig.serials]
+    try:
+        with contextlib.closing(ViewfinderProcess(rig.serials, cameras)) as finder:
+            loads = [one.load for one in finder.look()]
+        for window in (None, Window(120, 120, 16, 16)):
+            source = rig.source(window=window)
+            try:
+                source.open()
+                told.append("")
+            except OcmmError as error:
+                told.append(f"{error.code}: {error}")
+            finally:
+                source.close()
+    finally:
+        rig.close()
+        os.close(card)
+    return {"wrong": 0, "told": told, "loads": loads}
 
 
 def _killed(repeats: int) -> Any:
@@ -550,6 +624,8 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "dissected": _dissected,
     "killed": _killed,
     "many spots": _many_spots,
+    "region": _region,
+    "shared card": _shared_card,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
     "gamma stays": _sentence(
