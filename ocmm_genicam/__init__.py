@@ -5,10 +5,10 @@ exposure, in the ring of a station.
 
 Read `_client` (what a camera must do, pixel formats), `_aravis` (that by the library Aravis),
 `_harvesters` (that by GenTL producers), `_set_up` (by documents of the makes), `_link` (regions and
-network cards), `_timing` (proof of a common clock), `_grabber` (one camera), `_source` (all of them,
-also without a common clock), `_viewfinder` (pictures and exposure of all of them, for setting up),
-`_process` (both in a process of their own), `_feed`, `_specs` (the entry of `ocmm.sources`). It must
-not import virtual cameras.
+network cards), `_timing` (proof of a common clock), `_grabber` (one camera), `_source` (all of
+them, also without a common clock), `_viewfinder` (pictures and exposure of all of them, for setting
+up), `_process` (both in a process of their own), `_feed`, `_specs` (the entry of `ocmm.sources`).
+It must not import virtual cameras.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports

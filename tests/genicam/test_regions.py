@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.camera import load_rig, project
+from ocmm_core.camera import load_rig, on_sensor, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import rotation_from_vector
 from ocmm_core.tracking import load_probe
@@ -36,8 +36,8 @@ def test_every_led_of_a_probe_in_the_volume_is_in_the_window(seed: int) -> None:
     for camera in rig.cameras:
         window = volume_window(camera, volume, reach_mm)
         uv = project(camera, leds)
-        seen = uv[((uv >= 0.0) & (uv <= [camera.width - 1, camera.height - 1])).all(axis=1)]
-        corner = np.array([window.left, window.top])
-        assert (seen >= corner).all()
-        assert (seen <= corner + [window.width - 1, window.height - 1]).all()
+        seen = uv[on_sensor(camera, uv)]
+        first = np.array([window.left, window.top])
+        last = first + np.array([window.width, window.height]) - 1
+        assert ((seen >= first) & (seen <= last)).all()
         assert window.width * window.height < camera.width * camera.height
