@@ -5,16 +5,17 @@ exposure, in the ring of a station.
 
 Read `_client` (what a camera must do, pixel formats), `_aravis` (that by the library Aravis),
 `_harvesters` (that by GenTL producers), `_set_up` (by documents of the makes), `_link` (regions and
-network cards), `_timing` (proof of a common clock), `_grabber` (one camera), `_source` (all of
-them, also without a common clock), `_viewfinder` (pictures and exposure of all of them, for setting
-up), `_process` (both in a process of their own), `_feed`, `_specs` (the entry of `ocmm.sources`).
-It must not import virtual cameras.
+network cards), `_black` (dark signal and hot pixels), `_timing` (proof of a common clock),
+`_grabber` (one camera), `_source` (all of them, also without a common clock), `_viewfinder`
+(pictures and exposure of all of them, for setting up), `_process` (both in a process of their own),
+`_feed`, `_specs` (the entry of `ocmm.sources`). It must not import virtual cameras.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
+    from ocmm_genicam._black import black_path
     from ocmm_genicam._client import unpack
     from ocmm_genicam._feed import genicam_config, named_cameras, slots_for
     from ocmm_genicam._harvesters import camera_library
@@ -31,7 +32,7 @@ else:
 
 __all__ = [
     "CAMERAS", "WANTED", "AdapterLoad", "AravisCameras", "Brightness", "CameraLook", "Expected",
-    "GenicamConfig", "GenicamSource", "Viewfinder", "ViewfinderProcess", "camera_library",
-    "exposure_us", "genicam_command", "genicam_config", "genicam_description", "lost_by",
-    "named_cameras", "sensor_size", "slots_for", "unpack", "volume_window",
+    "GenicamConfig", "GenicamSource", "Viewfinder", "ViewfinderProcess", "black_path",
+    "camera_library", "exposure_us", "genicam_command", "genicam_config", "genicam_description",
+    "lost_by", "named_cameras", "sensor_size", "slots_for", "unpack", "volume_window",
 ]  # fmt: skip

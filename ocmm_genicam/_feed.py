@@ -7,11 +7,13 @@ import numpy as np
 
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.calibration.records import default_folder, store_folder
 from ocmm_core.camera import MAX_SLOTS, USUAL_SLOTS, Rig
 from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe, load_reference
+from ocmm_genicam._black import black_path
 from ocmm_genicam._link import volume_window
 from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
 from ocmm_genicam._set_up import Expected
@@ -69,6 +71,9 @@ def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
         config = msgspec.structs.replace(
             config, windows=tuple((one.left, one.top, one.width, one.height) for one in windows)
         )
+    folder = store_folder(request.calibrations or default_folder(), rig.name)
+    blacks = tuple(str(black_path(folder, one)) for one in serials)
+    config = msgspec.structs.replace(config, blacks=blacks)
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -57,6 +58,8 @@ class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     """Read by GenTL producers."""
     windows: tuple[tuple[int, int, int, int], ...] = ()
     """Left, top, width and height of the part of each sensor that is needed; empty: all of them."""
+    blacks: tuple[str, ...] = ()
+    """Path of the black image of each camera; empty: none."""
 
 
 def genicam_command() -> list[str]:
@@ -120,6 +123,10 @@ class ViewfinderProcess:
         found: tuple[CameraLook, ...] = self._ask("settle")
         return found
 
+    def black(self, folder: Path) -> tuple[int, ...]:
+        found: tuple[int, ...] = self._ask("black", folder)
+        return found
+
     def store(self) -> None:
         self._ask("store")
 
@@ -132,7 +139,7 @@ class ViewfinderProcess:
             self._pipe.close()
             self._process = None
 
-    def _ask(self, name: str, *values: float) -> Any:
+    def _ask(self, name: str, *values: object) -> Any:
         with contextlib.suppress(OSError):
             self._pipe.send((name, values))
         return self._answer()
@@ -188,9 +195,15 @@ def _run() -> int:
         stop = stopped_by_parent()
         lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
         expected = [
-            Expected(*one, config.period_ns, line, config.n_slots, window and Window(*window))
-            for one, line, window in zip(
-                config.cameras, lines, config.windows or (None,) * len(lines), strict=True
+            Expected(
+                *one, config.period_ns, line, config.n_slots, window and Window(*window), black
+            )
+            for one, line, window, black in zip(
+                config.cameras,
+                lines,
+                config.windows or (None,) * len(lines),
+                config.blacks or ("",) * len(lines),
+                strict=True,
             )
         ]
         source = GenicamSource(

@@ -82,6 +82,8 @@ class Expected:
     n_slots: int = USUAL_SLOTS
     window: Window | None = None
     """Part of the sensor that is needed; None: all of it."""
+    black: str = ""
+    """Path of its black image, used if it exists."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -246,6 +246,27 @@ def expose(
 
 
 @camera_app.command()
+def black(*, source: str, rig: Path, calibrations: Path | None) -> None:
+    """Take the black images of GigE Vision cameras, with LEDs off and lenses covered.
+
+    They are used by jobs with the same exposure time and gain; hot pixels by all jobs. Take them
+    again after a change of exposure, and when the cameras are warm.
+    """
+    from ocmm_core.calibration.records import default_folder, store_folder
+    from ocmm_core.camera import load_rig
+    from ocmm_genicam import ViewfinderProcess, named_cameras
+
+    design = load_rig(rig)
+    serials, expected, gentl = named_cameras(source, design)
+    folder = store_folder(calibrations or default_folder(), design.name)
+    with contextlib.closing(ViewfinderProcess(serials, expected, gentl)) as cameras:
+        found = cameras.black(folder)
+    console = make_console()
+    for serial, count in zip(serials, found, strict=True):
+        console.show(f"Camera {serial}: black image stored, {count} hot pixel(s).")
+
+
+@camera_app.command()
 def genicam(*, gentl: bool) -> None:
     """List the GenICam cameras that are found, and what their sensors and features allow.
 

@@ -1741,6 +1741,14 @@ Startet: {source}</translation>
         <translation>Die Rechnung beenden</translation>
     </message>
     <message>
+        <source>Black image</source>
+        <translation>Dunkelbild</translation>
+    </message>
+    <message>
+        <source>LEDs off, lenses covered: dark signal and hot pixels of each camera</source>
+        <translation>LEDs aus, Objektive abgedeckt: Dunkelsignal und heiße Pixel jeder Kamera</translation>
+    </message>
+    <message>
         <source>Board</source>
         <translation>Tafel</translation>
     </message>
@@ -1803,6 +1811,10 @@ Startet: {source}</translation>
     <message>
         <source>View {number} is stored.</source>
         <translation>Ansicht {number} ist gespeichert.</translation>
+    </message>
+    <message>
+        <source>The black images are stored.</source>
+        <translation>Die Dunkelbilder sind gespeichert.</translation>
     </message>
     <message>
         <source>In force, and SUSPECT until it is verified: Calibrate (M), Verification.</source>

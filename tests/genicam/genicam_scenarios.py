@@ -41,6 +41,7 @@ from ocmm_core.acquisition.frames import (
     SourceDescription,
     read_status,
 )
+from ocmm_core.calibration.records import store_folder
 from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
@@ -51,6 +52,7 @@ from ocmm_genicam import (
     GenicamConfig,
     GenicamSource,
     ViewfinderProcess,
+    black_path,
     genicam_command,
 )
 from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, Memory, packed
@@ -117,18 +119,23 @@ class Rig:
         self._thread = threading.Thread(target=self._expose)
         self._thread.start()
 
-    def show(self, image: memoryview) -> None:
-        """Send the same image from now on."""
-        self._images = [image] * _TURN
+    def show(self, *images: memoryview) -> None:
+        """Send the same images from now on."""
+        self._images = list(images) * (_TURN // len(images))
 
     def source(
-        self, *, untimed: bool = False, n_slots: int = USUAL_SLOTS, window: Window | None = None
+        self,
+        *,
+        untimed: bool = False,
+        n_slots: int = USUAL_SLOTS,
+        window: Window | None = None,
+        blacks: tuple[str, ...] = ("", ""),
     ) -> GenicamSource:
         serials = tuple(int(one) for one in self.serials)
         description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
         expected = [
-            Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots, window=window)
-            for one in self.serials
+            Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots, window=window, black=black)
+            for one, black in zip(self.serials, blacks, strict=False)
         ]
         return GenicamSource(
             description, AravisCameras(), self.serials, expected, _SILENCE_S, untimed=untimed
@@ -321,6 +328,65 @@ def _many_spots(_repeats: int) -> Any:
     apart = np.linalg.norm(uv[-1][:, :, None] - np.array(places), axis=3)
     found = [len(set(np.argmin(one, axis=1))) for one in apart]
     return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
+
+
+def _hot(_repeats: int) -> Any:
+    """Return how far off an LED with a hot pixel is, without and with a black image."""
+    draws = np.random.default_rng(7)
+    noise = draws.normal(100.0, 3.0, (4, SIZE, SIZE))
+    # They are restless, so that their mean is not their signal.
+    blinking = np.array([1500.0, 300.0, 1500.0, 300.0])
+    noise[:, 131, 130] = noise[:, 20, 30] = noise[:, 200, 201] = blinking
+    x = np.arange(SIZE)
+    u, v = 128.3, 129.6
+    spot = 2000.0 * np.outer(np.exp(-0.5 * (x - v) ** 2), np.exp(-0.5 * (x - u) ** 2))
+    rig = Rig(CONFIG, SECOND)
+
+    def show(light: float) -> None:
+        images = [packed((one + light * spot).astype(np.uint16)).data.cast("B") for one in noise]
+        rig.show(*images)
+
+    def off_px(window: Window | None = None) -> float:
+        source = rig.source(blacks=tuple(str(black_path(folder, one)) for one in rig.serials),
+                            window=window)  # fmt: skip
+        try:
+            source.open()
+            until, found = time.monotonic() + 20.0, np.zeros((0, 2))
+            while len(found) < 40 and time.monotonic() < until:
+                block = source.read().frames
+                if block is not None:
+                    found = np.concatenate([found, block.uv[np.isfinite(block.uv[..., 0])]])
+        finally:
+            source.close()
+        return float(np.linalg.norm(found - [u, v], axis=1).max(initial=0.0))
+
+    def take() -> subprocess.CompletedProcess[str]:
+        words = ["camera", "black", "--source", "genicam:101,102", "--rig", str(document)]
+        return subprocess.run(
+            [sys.executable, "-m", "ocmm_cli", *words, "--calibrations", document.parent],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            document, folder = small_rig(Path(name)), store_folder(Path(name), "recommended")
+            show(1.0)
+            before, refused = off_px(), take()
+            left = len(list(Path(name).rglob("black-*")))
+            show(0.0)
+            taken = take()
+            show(1.0)
+            after, region = off_px(), off_px(Window(100, 100, 64, 64))
+            black_path(folder, "102").write_bytes(b"{}")
+            try:
+                off_px()
+                damaged = ""
+            except OcmmError as error:
+                damaged = error.code
+    finally:
+        rig.close()
+    return {"wrong": 0, "before": before, "refused": refused.stderr, "left": left, "after": after,
+            "region": region, "damaged": damaged, "taken": taken.stdout}  # fmt: skip
 
 
 def _region(_repeats: int) -> Any:
@@ -624,6 +690,7 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "dissected": _dissected,
     "killed": _killed,
     "many spots": _many_spots,
+    "hot": _hot,
     "region": _region,
     "shared card": _shared_card,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
