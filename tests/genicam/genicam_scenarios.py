@@ -14,6 +14,7 @@ import io
 import json
 import multiprocessing
 import os
+import random
 import signal
 import socket
 import struct
@@ -195,7 +196,7 @@ def _packets(fault: str, value: object, *, resent: bool = True) -> Callable[[int
                     setattr(camera.faults, fault, value)
                 during = read_for(rig, source, 0.5)
                 for camera in rig.cameras:
-                    setattr(camera.faults, fault, type(value)())
+                    setattr(camera.faults, fault, None if callable(value) else type(value)())
                 began = time.monotonic()
                 after = 0
                 while after < 20 and time.monotonic() - began < 3.0:
@@ -653,6 +654,113 @@ def _spot_in(path: Path) -> np.ndarray:
     return place
 
 
+_Edit = Callable[[bytes], bytes]
+_Which = Callable[[bytes], bool]
+
+
+def _any(_packet: bytes) -> bool:
+    return True
+
+
+def _leader(packet: bytes) -> bool:
+    return packet[4] == 1
+
+
+def _payload(packet: bytes) -> bool:
+    return packet[4] == 3
+
+
+def _edited(which: _Which, edit: _Edit) -> Callable[[Rig], None]:
+    """Return a deed that changes packets of the first camera."""
+
+    def deed(rig: Rig) -> None:
+        rig.cameras[0].faults.edit = lambda one: edit(one) if which(one) else one
+
+    return deed
+
+
+def _some(share: float, which: _Which, edit: _Edit = lambda _one: b"") -> _Edit:
+    """Return an edit of a share of some packets; they are lost if nothing else is said."""
+    draws = random.Random(3)  # noqa: S311 - faults, repeatable
+    return lambda one: edit(one) if which(one) and draws.random() < share else one
+
+
+def _put(place: int, form: str, value: int) -> _Edit:
+    """Return an edit that writes a number into a packet."""
+
+    def edit(packet: bytes) -> bytes:
+        end = place + struct.calcsize(form)
+        return packet[:place] + struct.pack(form, value) + packet[end:]
+
+    return edit
+
+
+def _old_time() -> _Edit:
+    """Return an edit that gives leaders the time of the exposure before."""
+    before: list[bytes] = []
+
+    def edit(packet: bytes) -> bytes:
+        before.append(packet[12:20])
+        return packet[:12] + before[max(len(before) - 2, 0)] + packet[20:]
+
+    return edit
+
+
+def _renumbered(packet: bytes, more: int) -> bytes:
+    (block,) = struct.unpack_from(">H", packet, 2)
+    return packet[:2] + struct.pack(">H", (block + more - 1) % 0xFFFF + 1) + packet[4:]
+
+
+def _from_one() -> _Edit:
+    """Return an edit that numbers images from one again."""
+    first: list[int] = []
+
+    def edit(packet: bytes) -> bytes:
+        first.append(struct.unpack_from(">H", packet, 2)[0])
+        return _renumbered(packet, 1 - first[0])
+
+    return edit
+
+
+def _every_second() -> _Edit:
+    """Return an edit that leaves out every second image, numbered without a gap."""
+    first: list[int] = []
+
+    def edit(packet: bytes) -> bytes:
+        (block,) = struct.unpack_from(">H", packet, 2)
+        first.append(block)
+        since = block - first[0]
+        return b"" if since % 2 else _renumbered(packet, -(since // 2))
+
+    return edit
+
+
+def _both(**changes: object) -> Callable[[Rig], None]:
+    def deed(rig: Rig) -> None:
+        for camera in rig.cameras:
+            for name, value in changes.items():
+                setattr(camera.faults, name, value)
+
+    return deed
+
+
+def _register(place: int, value: int) -> Callable[[Rig], None]:
+    return lambda rig: rig.cameras[0].memory.set_u32(place, value)
+
+
+def _blanked(rig: Rig) -> None:
+    rig.cameras[0].memory.write(0x2_0400, bytes(0x8000))
+
+
+def _exposed(exposure_us: float, *, both: bool = False) -> Callable[[Rig], None]:
+    def deed(rig: Rig) -> None:
+        for camera in rig.cameras[: 2 if both else 1]:
+            camera.memory.write(Feature.EXPOSURE, struct.pack(">d", exposure_us))
+            camera.memory.settle()
+
+    return deed
+
+
 def _nothing(_rig: Rig) -> None:
     pass
 
@@ -676,8 +784,39 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "clock step": _sentence(_first(clock_step_ns=10**9)),
     "clock step back": _sentence(_first(clock_step_ns=-(10**9))),
     "small clock step": _sentence(_first(clock_step_ns=100_000)),
-    "old time": _sentence(_first(repeat=True)),
-    "wrong format": _sentence(_first(send_format="Mono8")),
+    "old time": _sentence(_edited(_leader, _old_time())),
+    "wrong format": _sentence(_edited(_leader, _put(20, ">I", 0x0108_0001))),
+    "half as wide": _sentence(_edited(_leader, _put(24, ">I", SIZE // 2))),
+    "higher": _sentence(_edited(_leader, _put(28, ">I", 2 * SIZE))),
+    "another part": _sentence(_edited(_leader, _put(32, ">I", 8))),
+    "no time": _sentence(_edited(_leader, _put(12, ">Q", 0))),
+    "far time": _sentence(_edited(_leader, _put(12, ">Q", 1 << 62))),
+    "same number": _sentence(_edited(_any, _put(2, ">H", 7))),
+    "numbers jump": _sentence(_edited(_any, lambda packet: _renumbered(packet, 500))),
+    "numbers of a restart": _sentence(_edited(_any, _from_one())),
+    "half the rate": _sentence(_edited(_any, _every_second())),
+    "large packets lost": _sentence(_edited(_any, lambda one: one if len(one) < 1000 else b"")),
+    "every leader lost": _sentence(_edited(_leader, lambda _: b"")),
+    "every packet cut": _sentence(_edited(_payload, lambda one: one[:200])),
+    "commands not heard": _sentence(_first(deaf=True)),
+    "control taken": _sentence(lambda rig: rig.cameras[0].release()),
+    "both unplugged": _sentence(_both(unplugged=True)),
+    "ticks of a microsecond": _sentence(_register(0x0940, 1_000_000), opens=False),
+    "no ticks": _sentence(_register(0x0940, 0), opens=False),
+    "no description": _sentence(_register(0x0200, 0), opens=False),
+    "description cut": _sentence(_blanked, opens=False),
+    "long exposure": _sentence(_exposed(50_000.0, both=True), opens=False),
+    "other exposure": _sentence(_exposed(200.0), opens=False),
+    "PTP uncalibrated": _sentence(_nothing, CONFIG, replace(SECOND, ptp="Uncalibrated"),
+                                  opens=False),
+    "PTP far off": _sentence(_nothing, CONFIG, replace(SECOND, ptp_offset_ns=-50_000), opens=False),
+    "other numbers of rows": _sentence(_nothing, CONFIG, replace(SECOND, height=128), opens=False),
+    "leaders lost": _packets("edit", _some(0.1, _leader)),
+    "trailers lost": _packets("edit", _some(0.1, lambda one: one[4] == 2)),
+    "cut packets": _packets("edit", _some(0.02, _payload, lambda one: one[:100])),
+    "headers only": _packets("edit", _some(0.02, _payload, lambda one: one[:8])),
+    "foreign packets": _packets("edit", _some(0.02, _payload, lambda one: _renumbered(one, 9000))),
+    "unknown kinds": _packets("edit", _some(0.02, _payload, lambda one: one[:4] + b"\7" + one[5:])),
     "PTP lost": _sentence(_ptp(ptp="Uncalibrated")),
     "PTP offset": _sentence(_ptp(ptp_offset_ns=5_000)),
     "other master": _sentence(_ptp(grandmaster=7)),
