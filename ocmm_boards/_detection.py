@@ -20,7 +20,7 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.fieldbus.objects import encoder_for
 from ocmm_core.geometry import Float, Pixels
 from ocmm_core.side_files import OversizeError, read_guarded
-from ocmm_genicam import AravisCameras, GenicamSource, named_cameras
+from ocmm_genicam import GenicamSource, camera_library, named_cameras
 
 MOST_BYTES = 256 << 20
 _LEAST_MARKERS = 6
@@ -263,13 +263,13 @@ _SILENCE_S = 1.5
 
 def genicam_source(source: str, rig: Rig) -> GenicamSource:
     """Return the cameras of a source, closed; InputError unless they are those of the rig."""
-    serials, expected = named_cameras(source, rig)
+    serials, expected, gentl = named_cameras(source, rig)
     period_ns = expected[0].period_ns
     described = SourceDescription(
         source, tuple(camera.serial for camera in rig.cameras), period_ns, period_ns, live=True,
         simulated=False,
     )  # fmt: skip
-    return GenicamSource(described, AravisCameras(), serials, expected, _SILENCE_S)
+    return GenicamSource(described, camera_library(gentl), serials, expected, _SILENCE_S)
 
 
 def next_view(folder: Path) -> int:

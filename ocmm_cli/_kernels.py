@@ -118,6 +118,7 @@ ocmm_core.camera._centroid
     measure w2 i i w2 f1 f2 u2 i1 f1
 ocmm_core.camera._search
     plan f2 i2 b f1 i1 i2
+    sample w2 i2 i w2
     scan w2 i2 i w2 f2 i2 b f1
 ocmm_core.camera._windows
     measure_windows w3 i2 w2 f2 f1 f2

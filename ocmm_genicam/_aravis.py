@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes as c
 from functools import cache
+from ipaddress import IPv4Address
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,13 @@ from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._client import Image
 
 _LIBRARY = "libaravis-0.8.so.0"
-_BUFFERS = 24
+BUFFERS = 24
 _SOCKET_BYTES = 4 << 20
 FRAME_KEPT_US = 100_000
 """Time for the packets of a frame; an incomplete one holds back those behind it."""
 _NO_PACKET_SOCKET = 1
+_ADDRESS = 0x24
+"""Register of GigE Vision: the IPv4 address in use."""
 _P, _S, _U64, _I64 = c.c_void_p, c.c_char_p, c.c_uint64, c.c_int64
 _ERROR = c.POINTER(_P)
 _CALLS: dict[str, tuple[Any, tuple[Any, ...]]] = {
@@ -45,6 +48,11 @@ _CALLS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_device_set_integer_feature_value": (None, (_P, _S, _I64, _ERROR)),
     "arv_device_get_float_feature_value": (c.c_double, (_P, _S, _ERROR)),
     "arv_device_set_float_feature_value": (None, (_P, _S, c.c_double, _ERROR)),
+    "arv_device_get_integer_feature_increment": (_I64, (_P, _S, _ERROR)),
+    "arv_device_get_integer_feature_bounds": (
+        None, (_P, _S, c.POINTER(_I64), c.POINTER(_I64), _ERROR),
+    ),
+    "arv_device_read_register": (c.c_int, (_P, _U64, c.POINTER(c.c_uint32), _ERROR)),
     "arv_device_execute_command": (None, (_P, _S, _ERROR)),
     "arv_device_dup_available_enumeration_feature_values_as_strings": (
         _P, (_P, _S, c.POINTER(c.c_uint), _ERROR),
@@ -58,6 +66,8 @@ _CALLS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_buffer_get_timestamp": (_U64, (_P,)),
     "arv_buffer_get_image_width": (c.c_int, (_P,)),
     "arv_buffer_get_image_height": (c.c_int, (_P,)),
+    "arv_buffer_get_image_x": (c.c_int, (_P,)),
+    "arv_buffer_get_image_y": (c.c_int, (_P,)),
     "arv_buffer_get_image_pixel_format": (c.c_uint32, (_P,)),
     "g_object_unref": (None, (_P,)),
     "g_error_free": (None, (_P,)),
@@ -204,6 +214,16 @@ class AravisCamera:
     def set_integer(self, feature: str, value: int) -> None:
         self._feature("set_integer_feature_value", feature, value)
 
+    def steps(self, feature: str) -> tuple[int, int]:
+        least, most = _I64(), _I64()
+        self._feature("get_integer_feature_bounds", feature, c.byref(least), c.byref(most))
+        return least.value, max(self._feature("get_integer_feature_increment", feature), 1)
+
+    def address(self) -> str:
+        value = c.c_uint32()
+        _call("arv_device_read_register", self._device, _ADDRESS, c.byref(value), to=self.serial)
+        return str(IPv4Address(value.value))
+
     def execute(self, feature: str) -> None:
         self._feature("execute_command", feature)
 
@@ -233,7 +253,7 @@ class AravisCamera:
             (b"packet-timeout", self._patience_us // 5), (b"frame-retention", self._patience_us),
         ):  # fmt: skip
             set_(_P(self._stream), name, c.c_int(value), None)
-        for _ in range(_BUFFERS):
+        for _ in range(BUFFERS):
             buffer = self._library.arv_buffer_new(size, None)
             self._library.arv_stream_push_buffer(self._stream, buffer)
         _call("arv_camera_start_acquisition", self._camera, to=self.serial)
@@ -261,6 +281,8 @@ class AravisCamera:
             library.arv_buffer_get_image_width(buffer),
             library.arv_buffer_get_image_height(buffer),
             np.ctypeslib.as_array(c.cast(place, c.POINTER(c.c_uint8)), (size.value,)),
+            library.arv_buffer_get_image_x(buffer),
+            library.arv_buffer_get_image_y(buffer),
         )
 
     def close(self) -> None:

@@ -26,12 +26,15 @@ class Image:
     number: int
     """Block id of the transport; 16 bits wide in most cameras, and never 0."""
     time_ns: int
-    """Time of the exposure on the clock of the camera."""
+    """Time of the exposure on the clock of the camera; 0: unknown."""
     pixel_format: int
     """Code of the Pixel Format Naming Convention."""
     width: int
     height: int
     data: NDArray[np.uint8]
+    left: int = 0
+    top: int = 0
+    """`left`, `top`: place of its first pixel on the sensor."""
 
 
 class Camera(Protocol):
@@ -57,9 +60,17 @@ class Camera(Protocol):
 
     def set_number(self, feature: str, value: float) -> None: ...
     def set_integer(self, feature: str, value: int) -> None: ...
+    def steps(self, feature: str) -> tuple[int, int]:
+        """Return the least value of a whole number that can be set now, and its increment."""
+        ...
+
     def execute(self, feature: str) -> None: ...
     def entries(self, feature: str) -> tuple[str, ...]:
         """Return the values of an enumeration that can be set now."""
+        ...
+
+    def address(self) -> str:
+        """Return the IPv4 address; empty if unknown."""
         ...
 
     def tick_frequency(self) -> int:
@@ -81,6 +92,10 @@ class Camera(Protocol):
 
 class Cameras(Protocol):
     """Finds cameras and takes control of them."""
+
+    def found(self) -> dict[str, str]:
+        """Return maker and model of each camera, by serial number."""
+        ...
 
     def open(self, serial: str) -> Camera:
         """Take control of a camera; AcquisitionError if absent or controlled by others."""
@@ -146,7 +161,9 @@ def unpack(
         return out.reshape(height, width)
     if pixels.code >> 16 & 0xFF == 8:
         return data.astype(np.uint16).reshape(height, width)
-    return data.view("<u2").reshape(height, width)
+    counts = data.view("<u2").reshape(height, width)
+    # Memory of some producers is read-only, which the finder is not compiled for.
+    return counts if counts.flags.writeable else counts.copy()
 
 
 def scaled(counts: NDArray[np.uint16], full_scale: int) -> NDArray[np.uint16]:

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+import msgspec
+import numpy as np
+
 from ocmm_core.acquisition.bus_process import ChildProcess
 from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.calibration.records import default_folder, store_folder
 from ocmm_core.camera import MAX_SLOTS, USUAL_SLOTS, Rig
 from ocmm_core.composition import Feed, StationRequest
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import load_probe, load_reference
+from ocmm_genicam._black import black_path
+from ocmm_genicam._link import volume_window
 from ocmm_genicam._process import GenicamConfig, genicam_command, genicam_description
 from ocmm_genicam._set_up import Expected
 
 PREFIX = "genicam:"
-UNTIMED = "untimed"
-"""Before the serial numbers: cameras without proof of a common exposure time."""
+UNTIMED, GENTL, REGION = "untimed", "gentl", "region"
+"""Before the serial numbers: cameras without proof of a common exposure time, cameras by GenTL
+producers, and images of the part of the sensor that shows the volume."""
 
 
 def genicam_config(
-    rig: Rig, serials: tuple[str, ...], ring: FrameRing, name: str, *, untimed: bool = False
+    rig: Rig,
+    serials: tuple[str, ...],
+    ring: FrameRing,
+    name: str,
+    *,
+    untimed: bool = False,
+    gentl: bool = False,
 ) -> GenicamConfig:
     """Return the configuration for cameras in the order of the rig."""
     return GenicamConfig(
@@ -30,6 +43,7 @@ def genicam_config(
         period_ns=round(1e9 / rig.frame_rate_hz),
         untimed=untimed,
         n_slots=ring.n_slots,
+        gentl=gentl,
     )
 
 
@@ -40,28 +54,45 @@ def slots_for(n_leds: int) -> int:
 
 def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
     """Return the cameras named in a source; InputError if they are not those of the rig."""
-    first, *others = (part.strip() for part in value.split(","))
-    untimed = first == UNTIMED
-    serials = tuple(others) if untimed else (first, *others)
+    serials, words = _serials(value)
+    untimed = UNTIMED in words
     require_cameras_of(rig, serials)
-    n_leds = load_probe(request.probe).n_leds
+    probe = load_probe(request.probe)
+    n_leds = probe.n_leds
     if request.reference is not None:
         n_leds += load_reference(request.reference).n_leds
     ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
     timing = "exposure times not proven" if untimed else "exposure times proven by PTP"
     name = f"GenICam {', '.join(serials)} ({timing})"
-    config = genicam_config(rig, serials, ring, name, untimed=untimed)
+    config = genicam_config(rig, serials, ring, name, untimed=untimed, gentl=GENTL in words)
+    if REGION in words:
+        reach_mm = float(np.linalg.norm(probe.leds_probe - probe.tip_probe, axis=1).max())
+        windows = [volume_window(one, rig.volume_world, reach_mm) for one in rig.cameras]
+        config = msgspec.structs.replace(
+            config, windows=tuple((one.left, one.top, one.width, one.height) for one in windows)
+        )
+    folder = store_folder(request.calibrations or default_folder(), rig.name)
+    blacks = tuple(str(black_path(folder, one)) for one in serials)
+    config = msgspec.structs.replace(config, blacks=blacks)
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 
 
-def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected]]:
-    """Return the serial numbers of a source genicam:SERIAL,SERIAL, and the cameras of the rig.
+def _serials(value: str) -> tuple[tuple[str, ...], set[str]]:
+    """Return the serial numbers of a source, and the words before them."""
+    parts = [part.strip() for part in value.split(",")]
+    words = set()
+    while parts and parts[0] in (UNTIMED, GENTL, REGION):
+        words.add(parts.pop(0))
+    return tuple(parts), words
+
+
+def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected], bool]:
+    """Return the serial numbers of a source, the cameras of the rig, and whether GenTL reads them.
 
     InputError for another source, or for other cameras.
     """
-    serials = tuple(part.strip() for part in source.removeprefix(PREFIX).split(","))
-    serials = serials[1:] if serials[0] == UNTIMED else serials
+    serials, words = _serials(source.removeprefix(PREFIX))
     if not source.startswith(PREFIX) or serials == ("virtual",):
         raise InputError(
             "genicam.source",
@@ -71,9 +102,10 @@ def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected
         )
     require_cameras_of(rig, serials)
     period_ns = round(1e9 / rig.frame_rate_hz)
-    return serials, [
+    expected = [
         Expected(camera.name, camera.width, camera.height, period_ns) for camera in rig.cameras
     ]
+    return serials, expected, GENTL in words
 
 
 def require_cameras_of(rig: Rig, serials: tuple[str, ...]) -> None:

@@ -6,18 +6,20 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.camera import SpotFinder
+from ocmm_core.camera import NO_BLACK, SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.failure import REOPEN, contained
 from ocmm_core.geometry import Float
-from ocmm_genicam._client import COMPLETE, Camera, Image, PixelFormat, unpack
-from ocmm_genicam._set_up import Expected
+from ocmm_genicam._black import read_mending
+from ocmm_genicam._client import COMPLETE, Camera, Image, unpack
+from ocmm_genicam._set_up import Expected, SetUp
 from ocmm_genicam._timing import CameraClock, ClockState
 
 _TAKE_S = 0.05
@@ -70,7 +72,7 @@ class Grabber:
         self,
         camera: Camera,
         clock: CameraClock | None,
-        pixels: PixelFormat,
+        set_up: SetUp,
         expected: Expected,
         wake: Callable[[], None],
     ) -> None:
@@ -84,14 +86,20 @@ class Grabber:
         self.failure: Exception | None = None
         self.heard_s = time.monotonic()
         """Time of the last complete image, on the monotonic clock."""
-        self._clock, self._pixels, self._expected, self._wake = clock, pixels, expected, wake
-        options = pixels.spot_options().at_period(expected.period_ns, expected.width)
-        self._finder = SpotFinder(
-            expected.width, expected.height, options, n_slots=expected.n_slots
-        )
+        self._clock, self._set_up, self._expected, self._wake = clock, set_up, expected, wake
+        pixels, window = set_up.pixels, set_up.window
+        self._pixels, self._corner = pixels, np.array([window.left, window.top], np.float64)
+        options = pixels.spot_options().at_period(expected.period_ns, window.width)
+        lines = min(options.search_lines, -(-window.height // options.search_step))
+        path = expected.black
+        self._mending = read_mending(Path(path), camera, set_up) if path else None
+        frames = self._mending.frames if self._mending else options.black_frames
+        options = replace(options, search_lines=lines, black_frames=frames)
+        self._black = self._mending.black if self._mending else NO_BLACK
+        self._finder = SpotFinder(window.width, window.height, options, n_slots=expected.n_slots)
         # The first call may compile, which takes longer than a camera may be silent.
-        dark = np.zeros(pixels.bytes_of(expected.width, expected.height), np.uint8)
-        self._finder.find(unpack(pixels, dark, expected.width, expected.height))
+        dark = np.zeros(set_up.size, np.uint8)
+        self._finder.find(unpack(pixels, dark, window.width, window.height))
         self._last: tuple[int, int] | None = None
         self._stop = threading.Event()
         # A daemon: the library may wait for a camera that is gone.
@@ -142,21 +150,28 @@ class Grabber:
 
     def process(self, image: Image) -> None:
         """Check a buffer, and find its spots; AcquisitionError for a camera that has changed."""
-        account, expected = self.account, self._expected
-        size = self._pixels.bytes_of(expected.width, expected.height)
-        told = (image.pixel_format, image.width, image.height)
-        set_ = (self._pixels.code, expected.width, expected.height)
-        if image.status != COMPLETE or (told == set_ and len(image.data) < size):
+        account, expected, set_up = self.account, self._expected, self._set_up
+        as_set = set_up.is_of(image)
+        if image.status != COMPLETE or (as_set and len(image.data) < set_up.size):
             # Its number and time are of another frame: the next complete one tells how many.
             account.incomplete += 1
             return
-        if told != set_:
+        if not as_set:
+            window = set_up.window
             raise AcquisitionError(
                 "genicam.image",
-                f"Camera {self.camera.serial} sends {image.width} x {image.height} px in format "
-                f"{image.pixel_format:#010x}, but was set to {expected.width} x {expected.height} "
-                f"px in {self._pixels.name}.",
+                f"Camera {self.camera.serial} sends {image.width} x {image.height} px from "
+                f"({image.left}, {image.top}) on in format {image.pixel_format:#010x}, but was set "
+                f"to {window.width} x {window.height} px from ({window.left}, {window.top}) on in "
+                f"{self._pixels.name}.",
                 "Close other programs that change the camera, then open the job again.",
+            )
+        if not image.time_ns:
+            raise AcquisitionError(
+                "genicam.no_time",
+                f"Camera {self.camera.serial} sends images without time: lost ones cannot be "
+                "counted.",
+                "Use a camera, and a producer, with time stamps.",
             )
         gap = self._exposures_since(image)
         if gap is None:
@@ -168,10 +183,12 @@ class Grabber:
         account.delivered += 1
         account.lost += gap - 1
         counts = unpack(self._pixels, image.data, image.width, image.height)
+        if self._mending is not None:
+            self._mending.mend(counts)
         if self._keeps > 0:
             self._keeps -= 1
             self.kept.append((image.time_ns, counts.copy()))
-        block = self._finder.find(counts)
+        block = self._finder.find(counts, self._black)
         flags = int(FrameFlag.SATURATED) if block.saturated[0] else 0
         # Read with each image: some frames late at most, and the ball rests for many.
         if expected.button_line >= 0 and (self.camera.integer(_LINES) >> expected.button_line & 1):
@@ -182,8 +199,9 @@ class Grabber:
             account.lost += 1
         else:
             valid = int(np.uint64(block.valid[0]))
+            uv = block.uv[0] + self._corner
             self.frames.append(
-                Spots(image.time_ns, flags, valid, block.uv[0], account.exposures, self.heard_s)
+                Spots(image.time_ns, flags, valid, uv, account.exposures, self.heard_s)
             )
         self._wake()
 

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -19,11 +20,12 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
-from ocmm_core.camera import USUAL_SLOTS
+from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.errors import AcquisitionError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
 from ocmm_core.processes import end_process, end_with_parent, process_context
-from ocmm_genicam._aravis import FRAME_KEPT_US, AravisCameras
+from ocmm_genicam._aravis import FRAME_KEPT_US
+from ocmm_genicam._harvesters import camera_library
 from ocmm_genicam._set_up import Expected
 from ocmm_genicam._source import GenicamSource
 from ocmm_genicam._timing import SKEW_BOUND_NS
@@ -52,6 +54,12 @@ class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     """Accept cameras without proof of a common clock and common exposures."""
     n_slots: int = USUAL_SLOTS
     """Spots of each camera."""
+    gentl: bool = False
+    """Read by GenTL producers."""
+    windows: tuple[tuple[int, int, int, int], ...] = ()
+    """Left, top, width and height of the part of each sensor that is needed; empty: all of them."""
+    blacks: tuple[str, ...] = ()
+    """Path of the black image of each camera; empty: none."""
 
 
 def genicam_command() -> list[str]:
@@ -75,17 +83,19 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
 
 
 class ViewfinderProcess:
-    """A `Viewfinder` of Aravis in a separate process, with the same methods and errors.
+    """A `Viewfinder` in a separate process, with the same methods and errors.
 
     AcquisitionError also if the process ended, or gave no answer for half a minute.
     """
 
-    def __init__(self, serials: Sequence[str], expected: Sequence[Expected]) -> None:
+    def __init__(
+        self, serials: Sequence[str], expected: Sequence[Expected], gentl: bool = False
+    ) -> None:
         context = process_context()
         self._pipe, theirs = context.Pipe()
         self._process: BaseProcess | None = context.Process(
-            target=_serve, args=(theirs, tuple(serials), tuple(expected)), name="ocmm-viewfinder",
-            daemon=True,
+            target=_serve, args=(theirs, tuple(serials), tuple(expected), gentl),
+            name="ocmm-viewfinder", daemon=True,
         )  # fmt: skip
         self._process.start()
         theirs.close()
@@ -113,6 +123,10 @@ class ViewfinderProcess:
         found: tuple[CameraLook, ...] = self._ask("settle")
         return found
 
+    def black(self, folder: Path) -> tuple[int, ...]:
+        found: tuple[int, ...] = self._ask("black", folder)
+        return found
+
     def store(self) -> None:
         self._ask("store")
 
@@ -125,7 +139,7 @@ class ViewfinderProcess:
             self._pipe.close()
             self._process = None
 
-    def _ask(self, name: str, *values: float) -> Any:
+    def _ask(self, name: str, *values: object) -> Any:
         with contextlib.suppress(OSError):
             self._pipe.send((name, values))
         return self._answer()
@@ -146,10 +160,12 @@ class ViewfinderProcess:
         return found[0]
 
 
-def _serve(pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...]) -> None:
+def _serve(
+    pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...], gentl: bool
+) -> None:
     end_with_parent()
     try:
-        finder = Viewfinder(AravisCameras(), serials, expected)
+        finder = Viewfinder(camera_library(gentl), serials, expected)
     except Exception as error:
         pipe.send(contained(error, "The viewfinder"))
         return
@@ -179,12 +195,20 @@ def _run() -> int:
         stop = stopped_by_parent()
         lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
         expected = [
-            Expected(*one, config.period_ns, line, config.n_slots)
-            for one, line in zip(config.cameras, lines, strict=True)
+            Expected(
+                *one, config.period_ns, line, config.n_slots, window and Window(*window), black
+            )
+            for one, line, window, black in zip(
+                config.cameras,
+                lines,
+                config.windows or (None,) * len(lines),
+                config.blacks or ("",) * len(lines),
+                strict=True,
+            )
         ]
         source = GenicamSource(
             genicam_description(config),
-            AravisCameras(_STRETCHED_US if config.stretched else FRAME_KEPT_US),
+            camera_library(config.gentl, _STRETCHED_US if config.stretched else FRAME_KEPT_US),
             config.serials, expected, config.silence_s, untimed=config.untimed,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stop).run_program()

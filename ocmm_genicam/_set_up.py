@@ -13,10 +13,10 @@ from functools import cache
 
 import msgspec
 
-from ocmm_core.camera import USUAL_SLOTS
+from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.documents import Document, files_of_folder, load_document, resource
 from ocmm_core.errors import AcquisitionError
-from ocmm_genicam._client import FORMATS, Camera, PixelFormat
+from ocmm_genicam._client import FORMATS, Camera, Image, PixelFormat
 
 _TRUTHS = {"false": "0", "true": "1"}
 _ALIKE, _RATE = 1e-6, 0.01
@@ -80,6 +80,31 @@ class Expected:
     button_line: int = -1
     """Input line that the button of the probe is wired to; negative: none."""
     n_slots: int = USUAL_SLOTS
+    window: Window | None = None
+    """Part of the sensor that is needed; None: all of it."""
+    black: str = ""
+    """Path of its black image, used if it exists."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetUp:
+    """A camera as it was set up."""
+
+    pixels: PixelFormat
+    window: Window
+    """Part of the sensor that is sent."""
+
+    @property
+    def size(self) -> int:
+        """Return the bytes of an image."""
+        return self.pixels.bytes_of(self.window.width, self.window.height)
+
+    def is_of(self, image: Image) -> bool:
+        """Return whether an image has the format and the part of the sensor that were set."""
+        window = self.window
+        return (image.pixel_format, image.width, image.height, image.left, image.top) == (
+            self.pixels.code, window.width, window.height, window.left, window.top,
+        )  # fmt: skip
 
 
 @cache
@@ -99,6 +124,14 @@ def documents_for(model: str) -> tuple[MakeDocument, ...]:
 def first_of(camera: Camera, names: tuple[str, ...]) -> str:
     """Return the first of some features that a camera has; empty without one."""
     return next((one for one in names if camera.has(one)), "")
+
+
+def sensor_size(camera: Camera) -> tuple[int, int]:
+    """Return the width and height of a whole image, px."""
+    width, height = (
+        first_of(camera, (f"{side}Max", f"Sensor{side}")) or side for side in ("Width", "Height")
+    )
+    return camera.integer(width), camera.integer(height)
 
 
 def lost_by(camera: Camera) -> tuple[str, ...]:
@@ -181,7 +214,7 @@ def _set_named(camera: Camera, field: str, value: float, words: str) -> None:
         )
 
 
-def set_up(camera: Camera, expected: Expected) -> PixelFormat:
+def set_up(camera: Camera, expected: Expected) -> SetUp:
     """Set format, region, rate and what its documents demand, and read it back.
 
     AcquisitionError for a camera that cannot be set so.
@@ -202,7 +235,7 @@ def set_up(camera: Camera, expected: Expected) -> PixelFormat:
     for offset in ("OffsetX", "OffsetY"):
         if camera.has(offset):
             camera.set_integer(offset, 0)
-    size = (camera.integer("WidthMax"), camera.integer("HeightMax"))
+    size = sensor_size(camera)
     if size != (expected.width, expected.height):
         raise AcquisitionError(
             "genicam.size",
@@ -210,10 +243,42 @@ def set_up(camera: Camera, expected: Expected) -> PixelFormat:
             f"rig has {expected.width} x {expected.height} px.",
             "Use the camera that the rig was made for, without binning, or correct the rig.",
         )
-    camera.set_integer("Width", expected.width)
-    camera.set_integer("Height", expected.height)
+    window = _set_window(camera, expected)
     _set_rate(camera, 1e9 / expected.period_ns)
-    return pixels
+    return SetUp(pixels, window)
+
+
+def _set_window(camera: Camera, expected: Expected) -> Window:
+    """Set the least part of the sensor that has the one that is needed; AcquisitionError."""
+    needed = expected.window or Window(0, 0, expected.width, expected.height)
+    wanted = []
+    for axis, side, first, size, full in (
+        ("X", "Width", needed.left, needed.width, expected.width),
+        ("Y", "Height", needed.top, needed.height, expected.height),
+    ):
+        begin = count = 0
+        if camera.has(f"Offset{axis}"):
+            step, (least, grid) = camera.steps(f"Offset{axis}")[1], camera.steps(side)
+            # Packed pixels end with a byte.
+            grid = math.lcm(grid, 4)
+            begin = first // step * step
+            count = -(-max(first + size - begin, least) // grid) * grid
+        if not 0 < begin + count <= full:
+            begin, count = 0, full
+        camera.set_integer(side, count)
+        if camera.has(f"Offset{axis}"):
+            camera.set_integer(f"Offset{axis}", begin)
+        wanted.append((begin, count))
+        found = (camera.integer(f"Offset{axis}") if begin else 0, camera.integer(side))
+        if found != wanted[-1]:
+            raise AcquisitionError(
+                "genicam.region",
+                f"Camera {camera.serial} sends {found[1]} px from {found[0]} px on in {axis}, but "
+                f"was set to {count} px from {begin} px on.",
+                "Measure without regions, or update the firmware of the camera.",
+            )
+    (left, width), (top, height) = wanted
+    return Window(left, top, width, height)
 
 
 def _is_triggered(camera: Camera) -> bool:

@@ -15,6 +15,7 @@ from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
 from ocmm_genicam._client import Camera, Cameras, scaled
 from ocmm_genicam._grabber import BufferAccount, Grabber, Spots
+from ocmm_genicam._link import loads_of, require_carried
 from ocmm_genicam._set_up import Expected, exposure_us, set_up
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
 
@@ -63,10 +64,12 @@ class GenicamSource:
         """Take control, set up, prove the common clock, start; AcquisitionError."""
         for serial in self._serials:
             self._opened.append(self._cameras.open(serial))
-        formats = [
+        set_ups = [
             set_up(camera, expected)
             for camera, expected in zip(self._opened, self._expected, strict=True)
         ]
+        if not self.description.stretched:
+            require_carried(loads_of(self._opened, set_ups, self._expected[0].period_ns))
         clocks: list[CameraClock | None] = [None] * len(self._opened)
         if self._count is None:
             _require_alike(self._opened)
@@ -75,11 +78,11 @@ class GenicamSource:
             clocks = [*proven]
         self._grabbers = [
             Grabber(*one, self._fresh.set)
-            for one in zip(self._opened, clocks, formats, self._expected, strict=True)
+            for one in zip(self._opened, clocks, set_ups, self._expected, strict=True)
         ]
-        self._joined_s = time.monotonic()
         for one in self._grabbers:
             one.start()
+        self._joined_s = time.monotonic()
 
     def read(self) -> Cycle:
         """Return the frames complete in all cameras; AcquisitionError for a faulty camera."""

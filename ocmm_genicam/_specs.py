@@ -17,6 +17,16 @@ CAMERAS = SourceSpec(
             "the same without a common clock: the skew of the exposures is measured from the "
             "moving probe and is in U, and a moving probe gives no point",
         ),
+        (
+            "genicam:gentl,SERIAL,SERIAL",
+            "cameras by the GenTL producers of their makers (CoaXPress, USB3 Vision and others), "
+            "also with untimed; needs the package Harvesters",
+        ),
+        (
+            "genicam:region,SERIAL,SERIAL",
+            "images of the part of each sensor that shows the probe in the volume of the rig, also "
+            "with untimed or gentl: less to send, so that a higher rate fits",
+        ),
     ),
     takes_value=True,
     origin=Origin.CAMERAS,

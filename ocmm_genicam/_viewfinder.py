@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,12 @@ from numpy.typing import NDArray
 from ocmm_core.camera import SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
+from ocmm_genicam._black import black_path, write_black
 from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, scaled, unpack
+from ocmm_genicam._link import loads_of
 from ocmm_genicam._set_up import (
     Expected,
+    SetUp,
     has_decibels,
     set_exposure,
     set_gain,
@@ -39,6 +43,7 @@ _MOST_STEP = 8.0
 _SHARES = (1.0, 0.5, 0.25)
 """Parts of a step that are tried if an exposure time is refused."""
 _FRESH_S, _PICTURE_S = 1.0, 3.0
+_BLACK_IMAGES, _BLACK_S = 32, 5.0
 _LATE_IMAGES = 3
 _SEARCHES = 4
 _SHOWN_PX = 640
@@ -78,6 +83,8 @@ class CameraLook:
     """Energy of the edges over the largest one so far, 0 to 1; NaN without an image."""
     images: int
     incomplete: int
+    load: str = ""
+    """Images of all cameras of its network card in MB/s, what the card carries, and its name."""
 
     @property
     def brightness(self) -> Brightness:
@@ -93,7 +100,9 @@ class _View:
 
     def __init__(self, camera: Camera, expected: Expected) -> None:
         self.camera, self.expected = camera, expected
-        self.pixels: PixelFormat = set_up(camera, expected)
+        self.set_up: SetUp = set_up(camera, expected)
+        self.pixels: PixelFormat = self.set_up.pixels
+        self.load = ""
         self._options = replace(self.pixels.spot_options(), search_lines=expected.height)
         self._brightest, self._sharpest = math.nan, 0.0
         self._images = self._incomplete = self._skips = 0
@@ -106,6 +115,10 @@ class _View:
         """Return the counts (height, width) of an image taken after this call; None without one."""
         while self.camera.next_image(0.0) is not None:
             pass
+        return self.following(within_s)
+
+    def following(self, within_s: float) -> NDArray[np.uint16] | None:
+        """Return the counts of the next image; None without one."""
         deadline = time.monotonic() + within_s
         while (left := deadline - time.monotonic()) > 0.0:
             image = self.camera.next_image(left)
@@ -126,6 +139,7 @@ class _View:
         empty = CameraLook(
             self.camera.serial, self.camera.model, exposure_us, gain, np.zeros((0, 0), np.uint8), 1,
             np.zeros((0, 2)), math.nan, math.nan, math.nan, self._images, self._incomplete,
+            self.load,
         )  # fmt: skip
         if counts is None:
             return empty
@@ -156,12 +170,10 @@ class _View:
         )  # fmt: skip
 
     def _is_whole(self, image: Image) -> bool:
-        size = (self.pixels.code, self.expected.width, self.expected.height)
-        least = self.pixels.bytes_of(self.expected.width, self.expected.height)
         return (
             image.status == COMPLETE
-            and (image.pixel_format, image.width, image.height) == size
-            and len(image.data) >= least
+            and self.set_up.is_of(image)
+            and len(image.data) >= self.set_up.size
         )
 
 
@@ -183,7 +195,12 @@ class Viewfinder:
                 except BaseException:
                     camera.close()
                     raise
-            for view in self._views:
+            loads = loads_of(
+                [view.camera for view in self._views], [view.set_up for view in self._views],
+                expected[0].period_ns,
+            )  # fmt: skip
+            for view, load in zip(self._views, loads, strict=True):
+                view.load = str(load)
                 view.camera.start()
         except BaseException:
             self.close()
@@ -202,14 +219,27 @@ class Viewfinder:
         for view in self._views:
             counts = view.fresh(within_s)
             if counts is None:
-                raise AcquisitionError(
-                    "genicam.no_image",
-                    f"Camera {view.camera.serial} sent no complete image for {within_s:.1f} s.",
-                    "Check its cable and trigger; if images are incomplete, set jumbo frames "
-                    "(MTU 9000) on network card and switch.",
-                )
+                raise _no_image(view.camera.serial, within_s)
             found.append(scaled(counts, view.pixels.full_scale))
         return found
+
+    def black(self, folder: Path) -> tuple[int, ...]:
+        """Write the black image of each camera; return their numbers of hot pixels.
+
+        AcquisitionError if a camera sees light, or sends no images.
+        """
+        found = []
+        for view in self._views:
+            images: list[Float] = []
+            until = time.monotonic() + _BLACK_S
+            while len(images) < _BLACK_IMAGES and (time.monotonic() < until or len(images) < 2):
+                counts = view.fresh(_PICTURE_S) if not images else view.following(_PICTURE_S)
+                if counts is None:
+                    raise _no_image(view.camera.serial, _PICTURE_S)
+                images.append(counts.astype(np.float32))
+            path = black_path(folder, view.camera.serial)
+            found.append(write_black(path, view.camera, view.pixels, np.stack(images)))
+        return tuple(found)
 
     def expose(self, exposure_us: float) -> None:
         """Set the exposure time of all cameras; they keep the old one if one of them refuses.
@@ -301,6 +331,15 @@ class Viewfinder:
     def _forget(self) -> None:
         for view in self._views:
             view.forget()
+
+
+def _no_image(serial: str, within_s: float) -> AcquisitionError:
+    return AcquisitionError(
+        "genicam.no_image",
+        f"Camera {serial} sent no complete image for {within_s:.1f} s.",
+        "Check its cable and trigger; if images are incomplete, set jumbo frames (MTU 9000) on "
+        "network card and switch.",
+    )
 
 
 def _is_glaring(counts: NDArray[np.uint16], full_scale: int) -> bool:

@@ -233,11 +233,11 @@ def expose(
         (one.serial, *(text.replace("nan", "–") for text in (
             f"{one.exposure_us:.6g}", f"{one.gain:.4g}", f"{100.0 * one.brightest:.0f} %",
             f"{one.width_px:.2f}")),
-         str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness))
+         str(len(one.spots_px)), f"{one.incomplete}", tr(one.brightness), one.load)
         for one in looks
     ]  # fmt: skip
     columns = heads("Serial", "Exposure, µs", "Gain", "Brightest", "Spot px", "LEDs", "Incomplete",
-                    "Verdict")  # fmt: skip
+                    "Verdict", "Network card")  # fmt: skip
     print_grid(console, columns, rows)
     if keep:
         console.show("The cameras load these settings at power-up.")
@@ -246,15 +246,36 @@ def expose(
 
 
 @camera_app.command()
-def genicam() -> None:
-    """List the GigE Vision cameras in the network, and what their sensors and features allow.
+def black(*, source: str, rig: Path, calibrations: Path | None) -> None:
+    """Take the black images of GigE Vision cameras, with LEDs off and lenses covered.
+
+    They are used by jobs with the same exposure time and gain; hot pixels by all jobs. Take them
+    again after a change of exposure, and when the cameras are warm.
+    """
+    from ocmm_core.calibration.records import default_folder, store_folder
+    from ocmm_core.camera import load_rig
+    from ocmm_genicam import ViewfinderProcess, named_cameras
+
+    design = load_rig(rig)
+    serials, expected, gentl = named_cameras(source, design)
+    folder = store_folder(calibrations or default_folder(), design.name)
+    with contextlib.closing(ViewfinderProcess(serials, expected, gentl)) as cameras:
+        found = cameras.black(folder)
+    console = make_console()
+    for serial, count in zip(serials, found, strict=True):
+        console.show(f"Camera {serial}: black image stored, {count} hot pixel(s).")
+
+
+@camera_app.command()
+def genicam(*, gentl: bool) -> None:
+    """List the GenICam cameras that are found, and what their sensors and features allow.
 
     Each camera is opened, not changed, and released. Ends with 1 if there is none.
     """
-    from ocmm_genicam import AravisCameras, exposure_us, lost_by
+    from ocmm_genicam import camera_library, exposure_us, lost_by, sensor_size
 
     console = make_console()
-    cameras = AravisCameras()
+    cameras = camera_library(gentl)
     rows, notes = [], []
     for serial, model in cameras.found().items():
         try:
@@ -264,15 +285,16 @@ def genicam() -> None:
             notes.append(error_text(error))
             continue
         try:
-            size = f"{camera.integer('WidthMax')} x {camera.integer('HeightMax')}"
+            size = "{} x {}".format(*sensor_size(camera))
             rows.append((serial, model, size, f"{exposure_us(camera):.6g}"))
             notes += [f"{serial}: {tr(lost)}" for lost in lost_by(camera)]
         finally:
             camera.close()
     if not rows:
         console.show(
-            "No GigE Vision camera was found. Check power and cables, that their addresses are in "
-            "the network of this computer, and that no firewall blocks UDP port 3956."
+            "No camera was found. Check power and cables; for GigE Vision, also that their "
+            "addresses are in the network of this computer, and that no firewall blocks UDP port "
+            "3956."
         )
         raise typer.Exit(1)
     print_grid(console, heads("Serial", "Maker and model", "Pixels", "Exposure, µs"), rows)

@@ -92,6 +92,10 @@ TABLE = {
         Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
                "on a terminal you are asked, a script keeps it.", flags="--accept/--keep"),
     ),
+    "camera black": (Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),),
+    "camera genicam": (
+        Option("gentl", False, "List the cameras of the GenTL producers in GENICAM_GENTL64_PATH."),
+    ),
     "camera expose": (
         Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),
         Option("exposure", None, "Exposure time, µs; default: found by the brightest LED.",
@@ -125,7 +129,8 @@ TABLE = {
     ),
     "calibrate boards, calibrate cameras, calibrate relocate, calibrate verify, calibrate sensors, "
     "calibrate tracker, calibrate scale, "
-    "calibrate status, calibrate history, calibrate probe, calibrate tip, calibrate check-tip": (
+    "calibrate status, calibrate history, calibrate probe, calibrate tip, calibrate check-tip, "
+    "camera black": (
         Option("calibrations", None, "Calibration folder; default: that of this user."),
     ),
     "calibrate relocate": (

@@ -91,9 +91,8 @@ class SpotFinder:
         search_in = (slots, self.regions, self.anywhere, self.packed)
         lines = np.empty((self.options.search_lines, 3), np.int64)
         count = search.plan(*search_in, self.state.cursor, lines)
-        samples = np.zeros((len(lines), self.width), np.uint16)
-        for line, (left, row, n) in zip(samples, lines[:count], strict=False):
-            line[:n] = image[row, left : left + n * step : step]
+        samples = np.empty((count, self.width), np.uint16)
+        search.sample(image, lines, step, samples)
         search.scan(samples, lines, count, black, *search_in)
         block = SpotBlock.empty(1, self.n_slots)
         valid, block.saturated[0] = windows.report(

@@ -45,6 +45,9 @@ _INFOS = (
     kit.ActionInfo("accept", later("Accept"),
                    later("Put the calibration in force; it must be verified"), ("F8",)),
     kit.ActionInfo("stop", later("Stop"), later("Stop the calculation"), ("F9",)),
+    kit.ActionInfo("black", later("Black image"),
+                   later("LEDs off, lenses covered: dark signal and hot pixels of each camera"),
+                   ("F10",)),
 )  # fmt: skip
 _FIELDS = (
     ("board", later("Board"), later("Document of the calibration board")),
@@ -148,6 +151,7 @@ class CameraSheet(WorkSheet):
                 "darker": lambda: self._scale(_DARKER),
                 "brighter": lambda: self._scale(_BRIGHTER),
                 "keep": lambda: self._change(lambda finder: finder.store(), tr(_STORED)),
+                "black": self._take_black,
                 "view": self._take_view, "calibrate": self._calibrate, "accept": self._accept,
                 "stop": self.stop,
             },
@@ -199,9 +203,8 @@ class CameraSheet(WorkSheet):
         self._enable()
         source, calls = self._settings().instrument_source, self._calls
         if calls is not None:
-            calls.do(
-                lambda: ViewfinderProcess(*named_cameras(source, rig)), self._on_opened, self._warn
-            )
+            chosen = partial(named_cameras, source, rig)
+            calls.do(lambda: ViewfinderProcess(*chosen()), self._on_opened, self._warn)
 
     def _on_opened(self, finder: ViewfinderProcess) -> None:
         self._finder = finder
@@ -298,12 +301,9 @@ class CameraSheet(WorkSheet):
         number, report = taken
         for picture, cells in zip(self.pictures, report.cells, strict=True):
             picture.show_cells(cells)
-        corners = ", ".join(map(str, report.corners))
-        self.wanted.setText(
-            tr("View {number}: {corners} corners. {wanted}").format(
-                number=number, corners=corners, wanted=said(report.wanted)
-            )
-        )
+        corners, wanted = ", ".join(map(str, report.corners)), said(report.wanted)
+        told = tr("View {number}: {corners} corners. {wanted}")
+        self.wanted.setText(told.format(number=number, corners=corners, wanted=wanted))
         self.show_message(tr("View {number} is stored.").format(number=number))
 
     def _calibrate(self) -> None:
@@ -331,6 +331,11 @@ class CameraSheet(WorkSheet):
         self.result.setText("" if session is None else _summary(session))
         self._enable()
 
+    def _take_black(self) -> None:
+        if self._rig is not None:
+            folder = store_folder(self._calibrations(), self._rig.name)
+            self._change(lambda finder: finder.black(folder), tr("The black images are stored."))
+
     def _accept(self) -> None:
         session, rig, calls = self._session, self._rig, self._calls
         if session is None or rig is None or calls is None:
@@ -351,8 +356,8 @@ class CameraSheet(WorkSheet):
         for key, label, _ in _FIELDS:
             if key in keys and not self.fields[key].text().strip():
                 self.fields[key].setFocus()
-                told = tr("Field '{field}' is empty: enter a path.").format(field=tr(label))
-                self.show_message(told, warns=True)
+                told = tr("Field '{field}' is empty: enter a path.")
+                self.show_message(told.format(field=tr(label)), warns=True)
                 return None
         return [Path(self.fields[key].text().strip()).expanduser() for key in keys]
 
@@ -361,7 +366,7 @@ class CameraSheet(WorkSheet):
 
     def _enable(self) -> None:
         ready = self._finder is not None and not self._busy
-        for key in ("settle", "darker", "brighter", "keep", "view"):
+        for key in ("settle", "darker", "brighter", "keep", "view", "black"):
             self.keys[key].setEnabled(ready)
         self.keys["calibrate"].setEnabled(self._rig is not None)
         self.keys["accept"].setEnabled(self._session is not None)
@@ -373,11 +378,12 @@ def _facts(look: CameraLook) -> str:
     gain = "–" if math.isnan(look.gain) else f"{look.gain:g}"
     return tr(
         "{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness "
-        "{focus} % of the best; incomplete images: {incomplete} of {images}"
+        "{focus} % of the best; incomplete images: {incomplete} of {images}; network card: {load}"
     ).format(
         serial=look.serial, exposure=kit.localised(f"{look.exposure_us:.1f}"), gain=gain,
         spots=len(look.spots_px), width=kit.localised(width), focus=focus,
         incomplete=look.incomplete, images=look.images + look.incomplete,
+        load=kit.localised(look.load),
     )  # fmt: skip
 
 

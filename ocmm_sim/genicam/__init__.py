@@ -12,12 +12,12 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_sim.genicam._device import CameraFaults, GigeCamera
-    from ocmm_sim.genicam._registers import Feature, GigeConfig
+    from ocmm_sim.genicam._registers import Feature, GigeConfig, Memory
     from ocmm_sim.genicam._virtual import GENICAM_RATE_HZ, packed, virtual_genicam_feed
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "GENICAM_RATE_HZ", "CameraFaults", "Feature", "GigeCamera", "GigeConfig", "packed",
+    "GENICAM_RATE_HZ", "CameraFaults", "Feature", "GigeCamera", "GigeConfig", "Memory", "packed",
     "virtual_genicam_feed",
 ]  # fmt: skip

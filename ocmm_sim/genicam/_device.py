@@ -9,6 +9,7 @@ import struct
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -56,10 +57,10 @@ class CameraFaults:
     """Added to the time of each exposure from now on."""
     late_ns: int = 0
     """Exposures later than those of the other cameras, by as much."""
-    repeat: bool = False
-    """Send the leader of the exposure before with each image."""
-    send_format: str = ""
-    """Pixel format in the leader; empty: the one that is set."""
+    deaf: bool = False
+    """Commands are not heard."""
+    edit: Callable[[bytes], bytes] | None = None
+    """Changes each packet, header and content, before it is sent; an empty one is not sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +100,6 @@ class GigeCamera:
         self._sent: OrderedDict[int, _Sent] = OrderedDict()
         self._controller: tuple[str, int] | None = None
         self._heard = 0.0
-        self._before = b""
         self._control = self._bound(config.address, PORT)
         self._stream = self._bound(config.address, 0)
         self._search = self._bound("255.255.255.255", PORT)
@@ -135,9 +135,7 @@ class GigeCamera:
             return
         self._block = self._block % 0xFFFF + 1
         leader = self._leader(time_ns + faults.clock_step_ns + faults.late_ns)
-        told = (self._before or leader) if faults.repeat else leader
-        self._before = leader
-        sent = _Sent(told, image, memory.packet_size - _HEADERS)
+        sent = _Sent(leader, image, memory.packet_size - _HEADERS)
         self._sent[self._block] = sent
         while len(self._sent) > _KEPT_FRAMES:
             self._sent.popitem(last=False)
@@ -158,7 +156,7 @@ class GigeCamera:
         memory = self.memory
         return struct.pack(
             ">HHIIIIIIIHH", 0, 1, time_ns >> 32, time_ns & 0xFFFF_FFFF,
-            FORMATS[self.faults.send_format or memory.format],
+            FORMATS[memory.format],
             *(memory.integer(one) for one in
               (Feature.WIDTH, Feature.HEIGHT, Feature.OFFSET_X, Feature.OFFSET_Y)),
             0, 0,
@@ -171,6 +169,11 @@ class GigeCamera:
         if faults.damage and chance() < faults.damage:
             status, block, number = struct.unpack(">HHI", packet[0])
             packet = (struct.pack(">HHI", status, block, number + _BEYOND), packet[1])
+        if faults.edit is not None:
+            edited = faults.edit(packet[0] + packet[1])
+            if not edited:
+                return
+            packet = (edited, memoryview(b""))
         for _ in range(2 if faults.double and chance() < faults.double else 1):
             # The receiver may be gone; a camera does not notice.
             try:
@@ -183,13 +186,14 @@ class GigeCamera:
             ready, _, _ = select.select([self._control, self._search], [], [], 0.1)
             for one in ready:
                 content, sender = one.recvfrom(2048)
-                if not self.faults.unplugged:
+                if not (self.faults.unplugged or self.faults.deaf):
                     self._answer(content, sender)
             limit_s = self.memory.u32(HEARTBEAT) * 1e-3
             if self._controller is not None and time.monotonic() - self._heard > limit_s:
-                self._release()
+                self.release()
 
-    def _release(self) -> None:
+    def release(self) -> None:
+        """Forget who controls the camera, and stop."""
         self._controller = None
         self.acquiring.clear()
         self.memory.set_u32(CONTROL, 0)
@@ -252,7 +256,7 @@ class GigeCamera:
             if self.memory.u32(CONTROL):
                 self._controller, self._heard = sender, time.monotonic()
             else:
-                self._release()
+                self.release()
         elif place == Feature.START:
             self._block = 0
             self._sent.clear()

@@ -94,6 +94,11 @@ class Memory:
         self._bytes = bytearray(SIZE)
         self._fill()
 
+    @property
+    def size(self) -> int:
+        """Return the number of bytes."""
+        return len(self._bytes)
+
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes; IndexError outside the memory."""
         if not 0 <= address <= address + count <= SIZE:
@@ -202,9 +207,10 @@ def _xml(config: GigeConfig) -> str:
     """Return the GenICam description of the features."""
     F = Feature
     nodes = [
-        _integer("Width", F.WIDTH, "RW", locked=True),
-        _integer("Height", F.HEIGHT, "RW", locked=True),
-        _integer("OffsetX", F.OFFSET_X, "RW"), _integer("OffsetY", F.OFFSET_Y, "RW"),
+        _integer("Width", F.WIDTH, "RW", locked=True, step=8),
+        _integer("Height", F.HEIGHT, "RW", locked=True, step=2),
+        _integer("OffsetX", F.OFFSET_X, "RW", step=4),
+        _integer("OffsetY", F.OFFSET_Y, "RW", step=2),
         _integer("WidthMax", F.WIDTH_MAX), _integer("HeightMax", F.HEIGHT_MAX),
         _integer("LineStatusAll", F.LINES), _integer("PayloadSize", F.PAYLOAD),
         _integer("TLParamsLocked", F.LOCKED, "RW"),
@@ -255,11 +261,13 @@ def _int_register(name: str, address: int, access: str) -> str:
 
 
 def _integer(
-    name: str, address: int, access: str = "RO", *, locked: bool = False
+    name: str, address: int, access: str = "RO", *, locked: bool = False, step: int = 0
 ) -> tuple[str, str]:
     lock = "<pIsLocked>TLParamsLocked</pIsLocked>" if locked else ""
     return name, (
-        f'<Integer Name="{name}" NameSpace="Standard">{lock}<pValue>{name}Reg</pValue></Integer>'
+        f'<Integer Name="{name}" NameSpace="Standard">{lock}<pValue>{name}Reg</pValue>'
+        + (f"<Min>{2 * step if locked else 0}</Min><Inc>{step}</Inc>" if step else "")
+        + "</Integer>"
         + _int_register(name, address, access)
     )
 

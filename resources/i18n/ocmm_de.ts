@@ -1741,6 +1741,14 @@ Startet: {source}</translation>
         <translation>Die Rechnung beenden</translation>
     </message>
     <message>
+        <source>Black image</source>
+        <translation>Dunkelbild</translation>
+    </message>
+    <message>
+        <source>LEDs off, lenses covered: dark signal and hot pixels of each camera</source>
+        <translation>LEDs aus, Objektive abgedeckt: Dunkelsignal und heiße Pixel jeder Kamera</translation>
+    </message>
+    <message>
         <source>Board</source>
         <translation>Tafel</translation>
     </message>
@@ -1805,6 +1813,10 @@ Startet: {source}</translation>
         <translation>Ansicht {number} ist gespeichert.</translation>
     </message>
     <message>
+        <source>The black images are stored.</source>
+        <translation>Die Dunkelbilder sind gespeichert.</translation>
+    </message>
+    <message>
         <source>In force, and SUSPECT until it is verified: Calibrate (M), Verification.</source>
         <translation>In Kraft und FRAGLICH bis zur Verifikation: Kalibrieren (M), Verifikation.</translation>
     </message>
@@ -1813,8 +1825,8 @@ Startet: {source}</translation>
         <translation>Feld „{field}“ ist leer: einen Pfad eingeben.</translation>
     </message>
     <message>
-        <source>{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness {focus} % of the best; incomplete images: {incomplete} of {images}</source>
-        <translation>{serial}: Belichtung {exposure} µs, Verstärkung {gain}; Lichtpunkte: {spots}, {width} px breit; Schärfe {focus} % der besten; unvollständige Bilder: {incomplete} von {images}</translation>
+        <source>{serial}: exposure {exposure} µs, gain {gain}; spots: {spots}, {width} px wide; sharpness {focus} % of the best; incomplete images: {incomplete} of {images}; network card: {load}</source>
+        <translation>{serial}: Belichtung {exposure} µs, Verstärkung {gain}; Lichtpunkte: {spots}, {width} px breit; Schärfe {focus} % der besten; unvollständige Bilder: {incomplete} von {images}; Netzwerkkarte: {load}</translation>
     </message>
     <message>
         <source>{views} views; residuals {rms:.3f} px RMS; corners scatter by {sigma:.3f} px.</source>

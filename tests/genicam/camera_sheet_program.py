@@ -36,6 +36,8 @@ from tests.boards.test_detection import FACING, HEIGHT, WIDTH, picture_of, wide_
 
 _PERIOD_S, _VIEWS, _PATIENCE_S = 0.1, 9, 60.0
 _LED = (120.0, 90.0)
+_HOT = ((30, 31, 200), (41, 42, 60))
+"""Rows and columns of hot pixels."""
 _CONTROL = 0x0A00
 """Register of GigE Vision: who controls a camera."""
 
@@ -50,6 +52,7 @@ class Cameras:
             for n, serial in enumerate(("101", "102"), 2)
         ]
         self.pictures: list[NDArray[np.uint16]] = []
+        self.lit = True
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._expose)
         self._thread.start()
@@ -63,17 +66,19 @@ class Cameras:
     def _expose(self) -> None:
         v, u = np.arange(HEIGHT)[:, None], np.arange(WIDTH)
         light = np.exp(-0.5 * ((v - _LED[1]) ** 2 + (u - _LED[0]) ** 2) / 1.5**2)
-        sent: dict[tuple[int, float, bool], NDArray[np.uint8]] = {}
+        sent: dict[tuple[int, float, bool, bool], NDArray[np.uint8]] = {}
         due = time.monotonic()
         for number in range(10**6):
             if self._ended.is_set():
                 return
             for index, camera in enumerate(self.cameras):
                 share = camera.memory.real(Feature.EXPOSURE) / 1000.0
-                pictures = self.pictures
-                key = (index, share, bool(pictures))
+                pictures, lit = self.pictures, self.lit
+                key = (index, share, bool(pictures), lit)
                 if key not in sent:
-                    counts = np.minimum(100.0 + 4095.0 * share * light, 4095.0).astype(np.uint16)
+                    counts = np.minimum(100.0 + 4095.0 * share * lit * light, 4095.0)
+                    counts = counts.astype(np.uint16)
+                    counts[_HOT] = 900
                     sent[key] = packed(pictures[index] if pictures else counts)
                 camera.send(sent[key].data.cast("B"), 10**18 + round(number * _PERIOD_S * 1e9))
             due = max(due + _PERIOD_S, time.monotonic())
@@ -163,6 +168,20 @@ def main() -> None:
         until(sheet.keys["keep"].isEnabled)
         press(Qt.Key.Key_F5)
         until(lambda: cameras.cameras[1].memory.integer(Feature.USER_SET_DEFAULT) == 1)
+        until(sheet.keys["black"].isEnabled)
+        press(Qt.Key.Key_F10)
+        until(lambda: any("black image" in one for one in told))
+        found["lit"] = told.pop()
+        window.grab().save(str(folder / "black.png"))
+        cameras.lit = False
+        until(sheet.keys["black"].isEnabled)
+        QTest.qWait(round(1e3 * 8 * _PERIOD_S))
+        press(Qt.Key.Key_F10)
+        folder_of_blacks = store_folder(folder / "calibrations", "recommended")
+        until(lambda: len(list(folder_of_blacks.glob("black-*.ocmmblack"))) == 2 or bool(told))
+        until(sheet.keys["view"].isEnabled)
+        found["black"] = sheet.about()
+        cameras.lit = True
         cameras.pictures = last
         until(sheet.keys["view"].isEnabled)
         press(Qt.Key.Key_F6)

@@ -8,10 +8,13 @@ runs along a circle in the images, so that the place of a spot tells which expos
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import fcntl
 import io
 import json
 import multiprocessing
 import os
+import random
 import signal
 import socket
 import struct
@@ -39,7 +42,8 @@ from ocmm_core.acquisition.frames import (
     SourceDescription,
     read_status,
 )
-from ocmm_core.camera import USUAL_SLOTS
+from ocmm_core.calibration.records import store_folder
+from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
@@ -49,9 +53,10 @@ from ocmm_genicam import (
     GenicamConfig,
     GenicamSource,
     ViewfinderProcess,
+    black_path,
     genicam_command,
 )
-from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, packed
+from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, Memory, packed
 from tests.compiled import load_compiled
 
 SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
@@ -61,6 +66,9 @@ HOST_PORT = 0x0D00
 """Register of GigE Vision: where the first stream goes."""
 _ALL_PACKETS, _RECEIVE_FORCED = 3, 33
 """ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
+_TUNSETIFF, _IFF_TAP = 0x400454CA, 2
+_ETHTOOL, _SET_SETTINGS = 0x8946, 2
+"""Of Linux."""
 _CLEAR_PX = 0.1
 """The spot moves 0.94 px from one exposure to the next."""
 CONFIG = GigeConfig(
@@ -85,6 +93,19 @@ def image_of(exposure: int) -> memoryview:
     return packed((100 + 2800 * spot).astype(np.uint16)).data.cast("B")
 
 
+def part_of(image: memoryview, memory: Memory) -> memoryview:
+    """Return the part of an image of `SIZE` that a camera is set to, Mono12p."""
+    left, top, width, height = (
+        memory.integer(one)
+        for one in (Feature.OFFSET_X, Feature.OFFSET_Y, Feature.WIDTH, Feature.HEIGHT)
+    )
+    if (width, height) == (SIZE, SIZE):
+        return image
+    rows = np.frombuffer(image, np.uint8).reshape(SIZE, SIZE * 3 // 2)[top : top + height]
+    part = rows[:, left * 3 // 2 : (left + width) * 3 // 2]
+    return np.ascontiguousarray(part).data.cast("B")
+
+
 class Rig:
     """Two cameras that expose together, and the source that reads them."""
 
@@ -99,14 +120,24 @@ class Rig:
         self._thread = threading.Thread(target=self._expose)
         self._thread.start()
 
-    def show(self, image: memoryview) -> None:
-        """Send the same image from now on."""
-        self._images = [image] * _TURN
+    def show(self, *images: memoryview) -> None:
+        """Send the same images from now on."""
+        self._images = list(images) * (_TURN // len(images))
 
-    def source(self, *, untimed: bool = False, n_slots: int = USUAL_SLOTS) -> GenicamSource:
+    def source(
+        self,
+        *,
+        untimed: bool = False,
+        n_slots: int = USUAL_SLOTS,
+        window: Window | None = None,
+        blacks: tuple[str, ...] = ("", ""),
+    ) -> GenicamSource:
         serials = tuple(int(one) for one in self.serials)
         description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
-        expected = [Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots) for one in self.serials]
+        expected = [
+            Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots, window=window, black=black)
+            for one, black in zip(self.serials, blacks, strict=False)
+        ]
         return GenicamSource(
             description, AravisCameras(), self.serials, expected, _SILENCE_S, untimed=untimed
         )
@@ -131,8 +162,8 @@ class Rig:
         due = time.monotonic()
         while not self._ended.is_set():
             for camera in self.cameras:
-                camera.send(self._images[self.exposure % _TURN],
-                            FIRST_NS + self.exposure * PERIOD_NS)  # fmt: skip
+                image = part_of(self._images[self.exposure % _TURN], camera.memory)
+                camera.send(image, FIRST_NS + self.exposure * PERIOD_NS)
             self.exposure += 1
             due = max(due + PERIOD_NS * 1e-9, time.monotonic() - 0.1)
             time.sleep(max(0.0, due - time.monotonic()))
@@ -165,7 +196,7 @@ def _packets(fault: str, value: object, *, resent: bool = True) -> Callable[[int
                     setattr(camera.faults, fault, value)
                 during = read_for(rig, source, 0.5)
                 for camera in rig.cameras:
-                    setattr(camera.faults, fault, type(value)())
+                    setattr(camera.faults, fault, None if callable(value) else type(value)())
                 began = time.monotonic()
                 after = 0
                 while after < 20 and time.monotonic() - began < 3.0:
@@ -300,6 +331,116 @@ def _many_spots(_repeats: int) -> Any:
     return {"wrong": 0, "found": found, "off": float(apart.min(axis=2).max())}
 
 
+def _hot(_repeats: int) -> Any:
+    """Return how far off an LED with a hot pixel is, without and with a black image."""
+    draws = np.random.default_rng(7)
+    noise = draws.normal(100.0, 3.0, (4, SIZE, SIZE))
+    # They are restless, so that their mean is not their signal.
+    blinking = np.array([1500.0, 300.0, 1500.0, 300.0])
+    noise[:, 131, 130] = noise[:, 20, 30] = noise[:, 200, 201] = blinking
+    x = np.arange(SIZE)
+    u, v = 128.3, 129.6
+    spot = 2000.0 * np.outer(np.exp(-0.5 * (x - v) ** 2), np.exp(-0.5 * (x - u) ** 2))
+    rig = Rig(CONFIG, SECOND)
+
+    def show(light: float) -> None:
+        images = [packed((one + light * spot).astype(np.uint16)).data.cast("B") for one in noise]
+        rig.show(*images)
+
+    def off_px(window: Window | None = None) -> float:
+        source = rig.source(blacks=tuple(str(black_path(folder, one)) for one in rig.serials),
+                            window=window)  # fmt: skip
+        try:
+            source.open()
+            until, found = time.monotonic() + 20.0, np.zeros((0, 2))
+            while len(found) < 40 and time.monotonic() < until:
+                block = source.read().frames
+                if block is not None:
+                    found = np.concatenate([found, block.uv[np.isfinite(block.uv[..., 0])]])
+        finally:
+            source.close()
+        return float(np.linalg.norm(found - [u, v], axis=1).max(initial=0.0))
+
+    def take() -> subprocess.CompletedProcess[str]:
+        words = ["camera", "black", "--source", "genicam:101,102", "--rig", str(document)]
+        return subprocess.run(
+            [sys.executable, "-m", "ocmm_cli", *words, "--calibrations", document.parent],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            document, folder = small_rig(Path(name)), store_folder(Path(name), "recommended")
+            show(1.0)
+            before, refused = off_px(), take()
+            left = len(list(Path(name).rglob("black-*")))
+            show(0.0)
+            taken = take()
+            show(1.0)
+            after, region = off_px(), off_px(Window(100, 100, 64, 64))
+            black_path(folder, "102").write_bytes(b"{}")
+            try:
+                off_px()
+                damaged = ""
+            except OcmmError as error:
+                damaged = error.code
+    finally:
+        rig.close()
+    return {"wrong": 0, "before": before, "refused": refused.stderr, "left": left, "after": after,
+            "region": region, "damaged": damaged, "taken": taken.stdout}  # fmt: skip
+
+
+def _region(_repeats: int) -> Any:
+    """Read the part of the sensors that has the circle of the spot; return it and its frames."""
+    rig = Rig(CONFIG, SECOND)
+    source = rig.source(window=Window(61, 59, 135, 139))
+    try:
+        source.open()
+        frames = read_for(rig, source, 2.0)
+        memory = rig.cameras[1].memory
+        part = [memory.integer(one) for one in
+                (Feature.OFFSET_X, Feature.OFFSET_Y, Feature.WIDTH, Feature.HEIGHT)]  # fmt: skip
+    finally:
+        source.close()
+        rig.close()
+    return {"wrong": rig.wrong, "right": rig.right, "frames": frames, "part": part}
+
+
+def _shared_card(_repeats: int) -> Any:
+    """Open cameras that one network card of 10 Mbit/s reaches, at once and by parts; with loads."""
+    card = os.open("/dev/net/tun", os.O_RDWR)
+    fcntl.ioctl(card, _TUNSETIFF, struct.pack("16sH", b"cameras", _IFF_TAP))
+    for words in ("addr add 10.9.0.1/24 dev cameras", "addr add 10.9.0.2/24 dev cameras",
+                  "link set cameras up"):  # fmt: skip
+        subprocess.run(["ip", *words.split()], check=True)
+    settings = ctypes.create_string_buffer(44)
+    struct.pack_into("<IIIH", settings, 0, _SET_SETTINGS, 0, 0, 10)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        fcntl.ioctl(link, _ETHTOOL, struct.pack("16sP16x", b"cameras", ctypes.addressof(settings)))
+    here = [
+        replace(one, address=f"10.9.0.{n}", packet_size=1400)
+        for n, one in enumerate((CONFIG, SECOND), 1)
+    ]
+    rig, told = Rig(*here), []
+    cameras = [Expected(one, SIZE, SIZE, PERIOD_NS) for one in rig.serials]
+    try:
+        with contextlib.closing(ViewfinderProcess(rig.serials, cameras)) as finder:
+            loads = [one.load for one in finder.look()]
+        for window in (None, Window(120, 120, 16, 16)):
+            source = rig.source(window=window)
+            try:
+                source.open()
+                told.append("")
+            except OcmmError as error:
+                told.append(f"{error.code}: {error}")
+            finally:
+                source.close()
+    finally:
+        rig.close()
+        os.close(card)
+    return {"wrong": 0, "told": told, "loads": loads}
+
+
 def _killed(repeats: int) -> Any:
     """Kill the camera process, then start another one until frames arrive again.
 
@@ -392,8 +533,8 @@ def _exposures_apart(uv: np.ndarray) -> int:
     return round(float((turns[1] - turns[0] + _TURN / 2) % _TURN - _TURN / 2))
 
 
-def _pictures(repeats: int) -> Any:
-    """Take views with the command, then return how far the spots of each lie apart, px."""
+def small_rig(folder: Path) -> Path:
+    """Return the document of a rig of two small cameras with the numbers of `CONFIG`."""
     text = resource("rigs", "recommended.toml").read_text(encoding="utf-8")
     for old, new in (
         ("frame_rate_hz = 8000", "frame_rate_hz = 100"),
@@ -403,11 +544,17 @@ def _pictures(repeats: int) -> Any:
         ("0_px = 1023.5", f"0_px = {SIZE / 2}"),
     ):  # fmt: skip
         text = text.replace(old, new)
+    document = folder / "rig.toml"
+    document.write_text(text, encoding="utf-8")
+    return document
+
+
+def _pictures(repeats: int) -> Any:
+    """Take views with the command, then return how far the spots of each lie apart, px."""
     rig = Rig(CONFIG, SECOND)
     try:
         with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(io.StringIO()):
-            document, folder = Path(name) / "rig.toml", Path(name) / "views"
-            document.write_text(text, encoding="utf-8")
+            document, folder = small_rig(Path(name)), Path(name) / "views"
             for _ in range(2):
                 take_pictures(
                     folder=folder, source="genicam:101,102", rig=document, views=repeats, every=0.3,
@@ -507,6 +654,113 @@ def _spot_in(path: Path) -> np.ndarray:
     return place
 
 
+_Edit = Callable[[bytes], bytes]
+_Which = Callable[[bytes], bool]
+
+
+def _any(_packet: bytes) -> bool:
+    return True
+
+
+def _leader(packet: bytes) -> bool:
+    return packet[4] == 1
+
+
+def _payload(packet: bytes) -> bool:
+    return packet[4] == 3
+
+
+def _edited(which: _Which, edit: _Edit) -> Callable[[Rig], None]:
+    """Return a deed that changes packets of the first camera."""
+
+    def deed(rig: Rig) -> None:
+        rig.cameras[0].faults.edit = lambda one: edit(one) if which(one) else one
+
+    return deed
+
+
+def _some(share: float, which: _Which, edit: _Edit = lambda _one: b"") -> _Edit:
+    """Return an edit of a share of some packets; they are lost if nothing else is said."""
+    draws = random.Random(3)  # noqa: S311 - faults, repeatable
+    return lambda one: edit(one) if which(one) and draws.random() < share else one
+
+
+def _put(place: int, form: str, value: int) -> _Edit:
+    """Return an edit that writes a number into a packet."""
+
+    def edit(packet: bytes) -> bytes:
+        end = place + struct.calcsize(form)
+        return packet[:place] + struct.pack(form, value) + packet[end:]
+
+    return edit
+
+
+def _old_time() -> _Edit:
+    """Return an edit that gives leaders the time of the exposure before."""
+    before: list[bytes] = []
+
+    def edit(packet: bytes) -> bytes:
+        before.append(packet[12:20])
+        return packet[:12] + before[max(len(before) - 2, 0)] + packet[20:]
+
+    return edit
+
+
+def _renumbered(packet: bytes, more: int) -> bytes:
+    (block,) = struct.unpack_from(">H", packet, 2)
+    return packet[:2] + struct.pack(">H", (block + more - 1) % 0xFFFF + 1) + packet[4:]
+
+
+def _from_one() -> _Edit:
+    """Return an edit that numbers images from one again."""
+    first: list[int] = []
+
+    def edit(packet: bytes) -> bytes:
+        first.append(struct.unpack_from(">H", packet, 2)[0])
+        return _renumbered(packet, 1 - first[0])
+
+    return edit
+
+
+def _every_second() -> _Edit:
+    """Return an edit that leaves out every second image, numbered without a gap."""
+    first: list[int] = []
+
+    def edit(packet: bytes) -> bytes:
+        (block,) = struct.unpack_from(">H", packet, 2)
+        first.append(block)
+        since = block - first[0]
+        return b"" if since % 2 else _renumbered(packet, -(since // 2))
+
+    return edit
+
+
+def _both(**changes: object) -> Callable[[Rig], None]:
+    def deed(rig: Rig) -> None:
+        for camera in rig.cameras:
+            for name, value in changes.items():
+                setattr(camera.faults, name, value)
+
+    return deed
+
+
+def _register(place: int, value: int) -> Callable[[Rig], None]:
+    return lambda rig: rig.cameras[0].memory.set_u32(place, value)
+
+
+def _blanked(rig: Rig) -> None:
+    rig.cameras[0].memory.write(0x2_0400, bytes(0x8000))
+
+
+def _exposed(exposure_us: float, *, both: bool = False) -> Callable[[Rig], None]:
+    def deed(rig: Rig) -> None:
+        for camera in rig.cameras[: 2 if both else 1]:
+            camera.memory.write(Feature.EXPOSURE, struct.pack(">d", exposure_us))
+            camera.memory.settle()
+
+    return deed
+
+
 def _nothing(_rig: Rig) -> None:
     pass
 
@@ -530,8 +784,39 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "clock step": _sentence(_first(clock_step_ns=10**9)),
     "clock step back": _sentence(_first(clock_step_ns=-(10**9))),
     "small clock step": _sentence(_first(clock_step_ns=100_000)),
-    "old time": _sentence(_first(repeat=True)),
-    "wrong format": _sentence(_first(send_format="Mono8")),
+    "old time": _sentence(_edited(_leader, _old_time())),
+    "wrong format": _sentence(_edited(_leader, _put(20, ">I", 0x0108_0001))),
+    "half as wide": _sentence(_edited(_leader, _put(24, ">I", SIZE // 2))),
+    "higher": _sentence(_edited(_leader, _put(28, ">I", 2 * SIZE))),
+    "another part": _sentence(_edited(_leader, _put(32, ">I", 8))),
+    "no time": _sentence(_edited(_leader, _put(12, ">Q", 0))),
+    "far time": _sentence(_edited(_leader, _put(12, ">Q", 1 << 62))),
+    "same number": _sentence(_edited(_any, _put(2, ">H", 7))),
+    "numbers jump": _sentence(_edited(_any, lambda packet: _renumbered(packet, 500))),
+    "numbers of a restart": _sentence(_edited(_any, _from_one())),
+    "half the rate": _sentence(_edited(_any, _every_second())),
+    "large packets lost": _sentence(_edited(_any, lambda one: one if len(one) < 1000 else b"")),
+    "every leader lost": _sentence(_edited(_leader, lambda _: b"")),
+    "every packet cut": _sentence(_edited(_payload, lambda one: one[:200])),
+    "commands not heard": _sentence(_first(deaf=True)),
+    "control taken": _sentence(lambda rig: rig.cameras[0].release()),
+    "both unplugged": _sentence(_both(unplugged=True)),
+    "ticks of a microsecond": _sentence(_register(0x0940, 1_000_000), opens=False),
+    "no ticks": _sentence(_register(0x0940, 0), opens=False),
+    "no description": _sentence(_register(0x0200, 0), opens=False),
+    "description cut": _sentence(_blanked, opens=False),
+    "long exposure": _sentence(_exposed(50_000.0, both=True), opens=False),
+    "other exposure": _sentence(_exposed(200.0), opens=False),
+    "PTP uncalibrated": _sentence(_nothing, CONFIG, replace(SECOND, ptp="Uncalibrated"),
+                                  opens=False),
+    "PTP far off": _sentence(_nothing, CONFIG, replace(SECOND, ptp_offset_ns=-50_000), opens=False),
+    "other numbers of rows": _sentence(_nothing, CONFIG, replace(SECOND, height=128), opens=False),
+    "leaders lost": _packets("edit", _some(0.1, _leader)),
+    "trailers lost": _packets("edit", _some(0.1, lambda one: one[4] == 2)),
+    "cut packets": _packets("edit", _some(0.02, _payload, lambda one: one[:100])),
+    "headers only": _packets("edit", _some(0.02, _payload, lambda one: one[:8])),
+    "foreign packets": _packets("edit", _some(0.02, _payload, lambda one: _renumbered(one, 9000))),
+    "unknown kinds": _packets("edit", _some(0.02, _payload, lambda one: one[:4] + b"\7" + one[5:])),
     "PTP lost": _sentence(_ptp(ptp="Uncalibrated")),
     "PTP offset": _sentence(_ptp(ptp_offset_ns=5_000)),
     "other master": _sentence(_ptp(grandmaster=7)),
@@ -544,6 +829,9 @@ SCENARIOS: dict[str, Callable[[int], Any]] = {
     "dissected": _dissected,
     "killed": _killed,
     "many spots": _many_spots,
+    "hot": _hot,
+    "region": _region,
+    "shared card": _shared_card,
     "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
     "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
     "gamma stays": _sentence(

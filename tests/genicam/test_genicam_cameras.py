@@ -117,6 +117,41 @@ def test_sixty_four_spots_of_each_camera_arrive(played: Played) -> None:
 
 
 @pytest.mark.slow
+def test_hot_pixels_of_a_black_image_do_not_move_a_spot(played: Played) -> None:
+    """One of three is 2.2 px from the LED, three quarters as bright: scatter of a spot 0.01 px."""
+    result = played("hot")
+    assert result["before"] > 0.1
+    assert result["after"] < 0.05
+    assert result["region"] < 0.05
+    # No black image is stored while an LED is seen.
+    assert "Camera 101 sees light while its black image is taken" in result["refused"]
+    assert result["left"] == 0
+    assert result["taken"].count("black image stored, 3 hot pixel(s).") == 2
+    assert result["damaged"] == "genicam.black_file"
+
+
+@pytest.mark.slow
+def test_spots_of_a_part_of_the_sensor_are_where_they_are_on_the_sensor(played: Played) -> None:
+    """The part is widened to the steps of the camera: 4 and 2 px, sizes of 8 and 2 px."""
+    result = played("region")
+    assert result["frames"] >= 50
+    assert result["right"] >= 50
+    assert result["part"] == [60, 58, 136, 140]
+
+
+@pytest.mark.slow
+def test_cameras_that_share_a_card_are_refused_or_send_less(played: Played) -> None:
+    """98,304 bytes of two cameras 100 times a second, and 10 Mbit/s with MTU 1500."""
+    if not Path("/dev/net/tun").exists():
+        not_run("no virtual network card can be made here")
+    result = played("shared card")
+    assert result["loads"] == ["19.7 / 1 MB/s cameras"] * 2
+    refused, part = result["told"]
+    assert refused.startswith("genicam.adapter: The cameras 101, 102 send 19.7 MB/s, but network ")
+    assert part == ""
+
+
+@pytest.mark.slow
 def test_cameras_without_a_common_clock_are_paired_by_counting(played: Played) -> None:
     result = played("untimed")
     assert result["frames"] >= 50
@@ -219,6 +254,8 @@ def test_cameras_are_set_up_and_views_taken_in_the_window(tmp_path: Path) -> Non
     found = json.loads(done.stdout)
     assert all("too dark" in one for one in found["first"])
     assert all("good" in one for one in found["exposed"])
+    assert "Camera 101 sees light while its black image is taken" in found["lit"]
+    assert found["black"] == "The black images are stored."
     assert found["asked"] == "Field 'Board' is empty: enter a path."
     # The nine views in the folder count.
     assert found["view"].startswith("View 10: 40, 40 corners. Camera 'left': ")

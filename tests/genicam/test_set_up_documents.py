@@ -7,7 +7,7 @@ from typing import cast
 import pytest
 
 from ocmm_genicam._client import Camera
-from ocmm_genicam._set_up import documents_for, lost_by, ptp_names
+from ocmm_genicam._set_up import _documents, documents_for, lost_by, ptp_names
 
 _IMAGE = "WidthMax HeightMax Width Height OffsetX OffsetY PixelFormat ReverseX ReverseY "
 _MAPS = {
@@ -33,6 +33,25 @@ _MAPS = {
     + "BinningHorizontal BinningVertical TestPattern BslMultipleROIRowsEnable ExposureAuto "
     "ExposureMode ExposureTime AcquisitionMode SensorShutterMode TriggerMode LineStatusAll "
     "PtpEnable PtpStatus PtpOffsetFromMaster PtpGrandmasterClockID PtpDataSetLatch",
+    # Mikrotron MC206xS11 (xml/Mikrotron_CXP_MC206xS11.xml).
+    "Mikrotron_GmbH MC206xS11": _IMAGE
+    + "AcquisitionMode TriggerSelector TriggerMode TriggerSource TestImageSelector ExposureMode "
+    "ExposureTime AcquisitionFrameRate AcquisitionFrameRateMax UserSetSelector UserSetSave "
+    "UserSetDefaultSelector InfoFieldFrameCounterEnable InfoFieldTimeStampEnable "
+    "InfoFieldRoiEnable FixedPatternNoiseReduction",
+    # Vieworks VNP-604 (xml/ViewWorks_VNP604.xml, its head).
+    "Vieworks VNP-604MX": _IMAGE
+    + "SensorWidth SensorHeight BinningHorizontal BinningVertical TestPattern "
+    "DefectivePixelCorrection DynamicDefectivePixelCorrection AcquisitionMode "
+    "AcquisitionFrameRate TriggerMode ExposureMode ExposureTime Gain BlackLevel LUTEnable "
+    "HotPixelCorrection FlatFieldCorrection StageMode MultishotEnable CalibrationAuto "
+    "SequencerMode UserSetDefault TimestampLatch",
+    # LUCID Triton: names that public programs set by Arena.
+    "Lucid Vision Labs TRI032S-M": _IMAGE
+    + "PtpEnable PtpSlaveOnly PtpStatus PtpDataSetLatch PtpOffsetFromMaster "
+    "PtpGrandmasterClockID AcquisitionStartMode PTPSyncFrameRate AcquisitionFrameRate "
+    "AcquisitionFrameRateEnable ExposureAuto ExposureTime GainAuto Gain GammaEnable LUTEnable "
+    "DefectCorrectionEnable TriggerMode GevSCFTD",
 }
 
 
@@ -73,6 +92,24 @@ class _NodeMap:
             "PtpEnable",
             (),
         ),
+        (
+            "Mikrotron_GmbH MC206xS11",
+            {"InfoFieldFrameCounterEnable": "false", "InfoFieldRoiEnable": "false"},
+            "",
+            ("cannot be proven", "offset of its clock"),
+        ),
+        (
+            "Vieworks VNP-604MX",
+            {"StageMode": "Off", "DynamicDefectivePixelCorrection": "false", "LUTEnable": "false"},
+            "",
+            ("cannot be proven", "offset of its clock"),
+        ),
+        (
+            "Lucid Vision Labs TRI032S-M",
+            {"DefectCorrectionEnable": "false", "GammaEnable": "false"},
+            "PtpEnable",
+            (),
+        ),
     ],
 )
 def test_what_a_camera_gets_and_what_is_lost_by_it(
@@ -91,6 +128,11 @@ def test_what_a_camera_gets_and_what_is_lost_by_it(
     found = lost_by(camera)
     assert len(found) == len(lost)
     assert all(part in sentence for part, sentence in zip(lost, found, strict=True))
+
+
+def test_ten_makes_have_documents() -> None:
+    makes = {document.make for document in _documents()}
+    assert len(makes - {""}) == 10
 
 
 def test_a_make_of_which_nothing_is_known_gets_the_names_of_the_standard() -> None:
