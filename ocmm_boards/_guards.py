@@ -44,10 +44,11 @@ class FewViews:
 
 
 def judge_solution(
-    rig: Rig, board: Board, state: BundleState, covariance: Float, found: RobustMinimum,
-    sigma_px: float, alone: Sequence[float],
+    rig: Rig, board: Board, covariance: Float, found: RobustMinimum, sigma_px: float,
+    alone: Sequence[float], traceable: bool,
 ) -> list[Finding]:  # fmt: skip
     """Return the findings; ``alone``: corner scatter of each separately adjusted camera, px."""
+    state = found.minimum.state
     return [
         *_scatter(rig, sigma_px, alone),
         *_converged(found),
@@ -57,7 +58,7 @@ def judge_solution(
         *_baselines(rig, state),
         *_views(found),
         *_focal(state.cameras, covariance),
-        *_scale(board),
+        *([] if traceable else [_untraceable(board)]),
     ]
 
 
@@ -198,18 +199,15 @@ def _focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
     ]
 
 
-def _scale(board: Board) -> list[Finding]:
-    if board.traceable:
-        return []
-    return [
-        Finding(
-            "boards.scale",
-            f"The scale is not traceable: the board '{board.document.name}' has no certificate. "
-            f"All lengths may be off by {2e6 * board.scale_sigma:.0f} um/m (k = 2, as stated).",
-            "Relocate with a certified length bar, then verify with another one.",
-            refuses=False,
-        )
-    ]
+def _untraceable(board: Board) -> Finding:
+    return Finding(
+        "boards.scale",
+        f"The scale is not traceable: the board '{board.document.name}' has no certificate. "
+        f"All lengths may be off by {2e6 * board.scale_sigma:.0f} um/m (k = 2, as stated).",
+        "Show a certified length bar and add it by 'ocmm calibrate bundle'; it needs no new "
+        "pictures. Then verify with another bar.",
+        refuses=False,
+    )
 
 
 _FOCAL_RANGE = 2.0

