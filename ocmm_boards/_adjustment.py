@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ocmm_boards._board import Board
 from ocmm_boards._corners import LEAST_CORNERS, BoardViews
-from ocmm_boards._guards import placed, start_camera, told_moved
+from ocmm_boards._guards import placed, start_camera, told_mirrored, told_moved, told_unexplained
 from ocmm_core.calibration import bundle
 from ocmm_core.calibration.records import let_pass
 from ocmm_core.camera import CameraModel, Rig
@@ -69,10 +69,12 @@ def adjust_in_steps(rig: Rig, board: Board, views: BoardViews) -> tuple[list[flo
     cameras, poses, alone = [], [], []
     for index, nominal in enumerate(rig.cameras):
         camera, of_camera = start_camera(nominal, board, views, index)
+        let_pass(told_mirrored(nominal, of_camera.values()), force=False)
         single = _adjusted(board, views, (camera,), of_camera, [index])
         cameras.append(single.state.cameras[0])
         poses.append(_poses(single))
         alone.append(single.sigma_px)
+    let_pass(told_unexplained(rig, alone), force=False)
     started, boards = placed(tuple(cameras), poses, board.corners)
     every = list(range(len(rig.cameras)))
     expected_px = float(np.sqrt(np.mean(np.square(alone))))

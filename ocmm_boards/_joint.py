@@ -22,7 +22,6 @@ from ocmm_core.calibration.relocation import (
     RelocationOptions,
     RelocationProblem,
     build,
-    judge_residuals,
 )
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
@@ -30,11 +29,9 @@ from ocmm_core.tracking import ProbeBody
 
 _FREE_SIZE = 0.01
 """Standard uncertainty of the size of a body that no certificate states."""
-_UNCERTAIN_MM = 1e-3
-"""Least uncertainty of an LED, in the search for the contradicting element."""
 _RESTORED = 0.3
-_SIZE, _CORNER_MM = 3e-3, 0.1
-"""Usual faults: a print that was scaled, a board that bends more than stated."""
+_SIZE = 3e-3
+"""Usual fault of a print."""
 _LEAST_PLACEMENTS = 5
 
 
@@ -50,10 +47,13 @@ class RecordedSpots:
     """Certified bars among them."""
 
 
-def with_recorded(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) -> Fit:
+def with_recorded(
+    rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots, together: float
+) -> Fit:
     """Return the adjustment of the board's views, probe and bars together.
 
-    Errors as `relocation.build`.
+    ``together``: variance by corners of a picture that err together, over that of independent
+    ones; they count less than the spots of LEDs by as much. Errors as `relocation.build`.
     """
     certified = board.traceable or bool(recorded.artefacts)
     problem = _problem(rig, fit, recorded, free_size=certified)
@@ -62,7 +62,8 @@ def with_recorded(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) -> 
     shape = (views + len(more.uv), len(rig.cameras), corners + len(start.leds))
     uv, weights = np.full((*shape, 2), np.nan), np.zeros(shape)
     uv[:views, :, :corners], uv[views:, :, corners:] = fit.data.uv, more.uv
-    weights[:views, :, :corners], weights[views:, :, corners:] = fit.data.weights, more.weights
+    weights[:views, :, :corners] = fit.data.weights / together**0.5
+    weights[views:, :, corners:] = more.weights
     state = replace(
         start, cameras=of_board.cameras, leds=np.vstack([of_board.leds, start.leds]),
         rotations=np.concatenate([of_board.rotations, start.rotations]),
@@ -92,7 +93,7 @@ def _problem(rig: Rig, fit: Fit, recorded: RecordedSpots, *, free_size: bool) ->
 
 def judge_recorded(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) -> list[Finding]:
     """Return the findings on the probe and the bars: what contradicts, and what is too little."""
-    found = [*_contradicting(rig, board, fit, recorded), *_spots(fit)]
+    found = _contradicting(rig, board, fit, recorded)
     bars, used = recorded.observed.shown_bars, int(fit.minimum.placements_used.sum())
     if bars and used < _LEAST_PLACEMENTS:
         found.append(
@@ -162,14 +163,17 @@ def _contradicting(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) ->
     leds = np.arange(fit.corners, state.columns.leds)
 
     def trials(history: bundle.BlockHistory) -> Iterator[bundle.Trial]:
-        yield from bundle.trials_of(history, leds)
+        # Corners of a picture err together: what moved between views shows in their scatter.
+        first = next(
+            max(index, 1)
+            for index, block in enumerate(history.blocks)
+            if block.frames.stop > len(fit.views) or block.placements.stop
+        )
+        yield from (replace(one, first=first) for one in bundle.trials_of(history, leds))
         corners = state.columns.of_leds.start + np.arange(3 * fit.corners)
-        moved = np.zeros((state.columns.count, len(corners)))
-        moved[corners, range(len(corners))] = 1.0
-        larger = moved @ board.corners.ravel()[:, None]
+        larger = np.zeros((state.columns.count, 1))
+        larger[corners, 0] = board.corners.ravel()
         yield bundle.Trial(bundle.Culprit.BOARD_SIZE, -1, larger, np.array([_SIZE]), "before")
-        usual = np.full(len(corners), _CORNER_MM)
-        yield bundle.Trial(bundle.Culprit.BOARD, -1, moved, usual, "before")
 
     verdict = bundle.examine(data, prior, state, dof, trials=trials)
     if verdict is None:
@@ -196,16 +200,4 @@ def _contradicting(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) ->
 def _moment(fit: Fit, block: bundle.Block) -> str:
     if block.placements.stop > block.placements.start:
         return f"placement {block.placements.start + 1} of the bar"
-    frame, views = block.frames.start, len(fit.views)
-    if frame < views:
-        return f"view {frame + 1} of the board"
-    return f"pose {frame - views + 1} of the probe"
-
-
-def _spots(fit: Fit) -> list[Finding]:
-    """Return findings on the stated scatter of the probe's and the bars' spots."""
-    data, views = fit.minimum.data, len(fit.views)
-    used = data.weights[views:] > 0.0
-    square = float(np.sum(fit.minimum.distances[views:][used] ** 2))
-    dof = 2 * int(used.sum()) - 6 * int(used.any(axis=(1, 2)).sum())
-    return judge_residuals(square, dof) if dof > 0 else []
+    return f"pose {max(block.frames.start - len(fit.views), 0) + 1} of the probe"

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ocmm_boards._joint import RecordedSpots
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.recording import Recording
@@ -42,22 +40,13 @@ class Recordings:
         """Return the spots, labelled by the cameras of ``located``.
 
         AcquisitionError: a file is no recording or damaged. InputError: of other cameras.
-        CalibrationError: nothing usable in it, or spots of a bar that is not given.
+        CalibrationError: nothing usable in it, or no bar with LEDs for its placements.
         """
         shots = list(self.shots)
         if self.sweep is not None:
             shots += _found(self.sweep, located, self._of_sweep, "the waved probe")
         if self.placements is not None:
             shots += _found(self.placements, located, self._of_placements, "the resting bar")
-        of_bar = [
-            one for one in shots if one.kind == "bar" or (one.kind == "seat" and not one.place)
-        ]
-        if of_bar and self.bar is None:
-            raise CalibrationError(
-                "boards.bar",
-                "The recorded spots show a bar, and no bar was given.",
-                "Give its document with --bar.",
-            )
         views = len(located.cameras), self.body.n_leds
         observed = observations_of(shots, views, self.bar, temperature)
         uses = () if self.bar is None or not observed.bars else (self.bar.artefact.use,)
@@ -118,23 +107,3 @@ def _blocks(recording: Recording) -> Iterator[FrameBlock]:
         block = recording.read(start, _BATCH)
         start += len(block)
         yield block
-
-
-def spots_content(recorded: RecordedSpots) -> dict[str, object]:
-    """Return the spots for the file of a session; unseen ones are -1."""
-    observed = recorded.observed
-    return {
-        "probe": recorded.body.identity,
-        "seats": list(observed.seats),
-        "frames_px": np.nan_to_num(observed.frames.uv, nan=-1.0).tolist(),
-        "frames_sigma_px": observed.frames.sigma_px.tolist(),
-        "frames_seats": observed.frames.seats.tolist(),
-        "bars": [
-            {
-                "name": one.bar.name,
-                "placements_px": np.nan_to_num(one.uv, nan=-1.0).tolist(),
-                "sigma_px": one.sigma_px.tolist(),
-            }
-            for one in observed.shown_bars
-        ],
-    }

@@ -14,7 +14,7 @@ from ocmm_boards._board import Board, load_board
 from ocmm_boards._corners import MOST_BYTES, BoardViews
 from ocmm_boards._detection import views_in
 from ocmm_boards._joint import RecordedSpots
-from ocmm_boards._recordings import Recordings, spots_content
+from ocmm_boards._recordings import Recordings
 from ocmm_boards._solution import BoardCalibration, calibrate_with_board
 from ocmm_core.build import build_version
 from ocmm_core.calibration import guided
@@ -82,25 +82,27 @@ def kept_views(path: Path, rig: Rig, board: Board) -> BoardViews:
 
     InputError: not such a file, of other cameras, or of a board with other corners.
     """
+    shape = (len(rig.cameras), len(board.corners))
     try:
         kept = msgspec.json.decode(read_text(path, MOST_BYTES), type=_KeptViews)
-        uv = np.array(kept.corners_px, dtype=np.float64)
-        levels = np.array(kept.levels, dtype=np.int64)
+        count = len(kept.views)
+        uv = np.array(kept.corners_px, dtype=np.float64).reshape(count, *shape, 2)
+        levels = np.array(kept.levels, dtype=np.int64).reshape(count, *shape)
     except (msgspec.DecodeError, ValueError) as error:
-        raise InputError(
-            "boards.kept", f"{path}: it does not contain the corners of a session.",
-            "Give a file boards-....json of the folder of sessions, or a folder of pictures.",
-        ) from error  # fmt: skip
-    shape = (len(kept.views), len(rig.cameras), len(board.corners))
-    serials = [camera.serial for camera in rig.cameras]
-    if list(kept.serials) != serials or uv.shape != (*shape, 2) or levels.shape != shape:
-        raise InputError(
-            "boards.kept",
-            f"{path}: its corners are of other cameras, or of another board, than given.",
-            "Give the rig and the board with which it was made.",
-        )
+        raise _not_kept(path) from error
+    if kept.serials != [camera.serial for camera in rig.cameras]:
+        raise _not_kept(path)
     uv[(uv < 0.0).all(axis=-1)] = np.nan
     return BoardViews(tuple(kept.views), uv, levels)
+
+
+def _not_kept(path: Path) -> InputError:
+    return InputError(
+        "boards.kept",
+        f"{path}: it does not contain corners of this board in this rig.",
+        "Give a file boards-....json of the folder of sessions with its rig and its board, or a "
+        "folder of pictures.",
+    )
 
 
 class _KeptViews(msgspec.Struct):
@@ -143,7 +145,9 @@ def _keep(
         "corners_px": seen.tolist(),
         "levels": views.levels.tolist(),
         "left_out": list(views.left_out),
-        "recorded": None if recorded is None else spots_content(recorded),
+        "probe": None if recorded is None else recorded.body.identity,
+        "recorded": None if recorded is None else recorded.observed,
     }
-    write_together({path: msgspec.json.encode(content)})
+    # Spots that were not seen are null.
+    write_together({path: msgspec.json.encode(content, enc_hook=np.ndarray.tolist)})
     return path

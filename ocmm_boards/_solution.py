@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_boards._adjustment import Fit, adjust_in_steps, dof_of
 from ocmm_boards._board import Board
@@ -25,7 +24,7 @@ from ocmm_core.calibration.relocation import (
     jacobian_of_world,
     motion_to_world,
 )
-from ocmm_core.camera import CameraModel, Rig
+from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3, RigidTransform, rigid_fit, unit
 from ocmm_core.tracking import triangulate
@@ -44,7 +43,6 @@ class BoardCalibration:
     """Estimated standard deviation of a corner of level 0, px per axis."""
     together: float
     """Factor of the covariance, as corners of a picture err together."""
-    board: Board
     corners: Points3
     """(N, 3), mm: shape of the board as found."""
     views: int
@@ -68,19 +66,15 @@ def calibrate_with_board(
         alone, whole = adjust_in_steps(rig, board, used)
     findings: list[Finding] = []
     if recorded is not None:
-        whole = with_recorded(rig, board, whole, recorded)
+        near = _near(whole, whole.state)
+        apart = _together(whole, replace(rig, cameras=whole.state.cameras), whole.state, near)[0]
+        whole = with_recorded(rig, board, whole, recorded, apart)
         findings = judge_recorded(rig, board, whole, recorded)
         # A wrong length or place would make all that follows meaningless.
         let_pass(findings, force=True)
     motion = motion_to_world(KeptByCameras(), (), whole.state, rig.cameras)
     state = whole.state.in_world(motion)
-    near = bundle.common_covariance(whole.minimum.data, whole.prior, state)
-    if near is None:
-        raise CalibrationError(
-            "calibration.undetermined",
-            "The pictures do not determine the cameras.",
-            "Show the board at more angles and distances, in every part of the pictures.",
-        )
+    near = _near(whole, state)
     to_world, of_anchors = jacobian_of_world(
         state, anchors_of(KeptByCameras(), (), state, rig.cameras)
     )
@@ -96,12 +90,16 @@ def calibrate_with_board(
     traceable = board.traceable or bool(recorded and recorded.artefacts)
     findings += judge_solution(rig, board, covariance, own, whole.sigma_px, alone, traceable)
     common = state.leds_world[whole.minimum.used.sum(axis=1) >= 2]
-    hull = _hull(common)
+    hull = guided.hull_of(common, "Show the board all over the volume that two cameras see.")
     chi2 = whole.minimum.minimum.cost
+    seen = np.isfinite(whole.minimum.distances)[..., None]
+    left = np.where(seen, -whole.minimum.residuals, np.nan)
     found = guided.Findings(
         cameras=state.cameras, covariance=covariance,
         volume_world=np.stack([hull.min(axis=0), hull.max(axis=0)]), hull_world=hull,
-        residuals=_residuals(whole.minimum, state.cameras),
+        residuals=guided.residuals_of(
+            state.cameras, whole.data.uv, left, whole.minimum.used
+        ),
         rms_px=float(np.sqrt(np.mean(own.residuals[own.used] ** 2))),
         chi2_per_dof=chi2 / dof_of(whole.minimum, whole.prior),
         points=int(whole.minimum.used.any(axis=1).sum()),
@@ -109,7 +107,19 @@ def calibrate_with_board(
         errors_at_world=at_world, errors_world=errors_world,
         warnings=let_pass(findings, force),
     )  # fmt: skip
-    return BoardCalibration(found, whole.sigma_px, together, board, corners, len(whole.views))
+    return BoardCalibration(found, whole.sigma_px, together, corners, len(whole.views))
+
+
+def _near(fit: Fit, state: bundle.BundleState) -> Float:
+    """Return the covariance (k, k) of the common unknowns; CalibrationError if undetermined."""
+    near = bundle.common_covariance(fit.minimum.data, fit.prior, state)
+    if near is None:
+        raise CalibrationError(
+            "calibration.undetermined",
+            "The pictures do not determine the cameras.",
+            "Show the board at more angles and distances, in every part of the pictures.",
+        )
+    return near
 
 
 def _require_views(rig: Rig, views: BoardViews) -> None:
@@ -195,37 +205,9 @@ def _evaluated(rig: Rig, corners: Points3, held: BoardViews) -> tuple[Points3, P
     return np.vstack(places), np.vstack(errors)
 
 
-def _residuals(
-    found: bundle.RobustMinimum, cameras: tuple[CameraModel, ...]
-) -> tuple[guided.CameraResiduals, ...]:
-    result = []
-    for index, camera in enumerate(cameras):
-        seen = np.isfinite(found.distances[:, index])
-        result.append(
-            guided.CameraResiduals(
-                camera.name,
-                found.data.uv[:, index][seen],
-                -found.residuals[:, index][seen],
-                found.used[:, index][seen],
-            )
-        )
-    return tuple(result)
-
-
 def _outliers(found: bundle.RobustMinimum, views: BoardViews, rig: Rig) -> tuple[str, ...]:
     wrong: Int = np.argwhere(np.isfinite(found.distances) & ~found.used)
     return tuple(
         f"corner {corner + 1} of view {views.names[view]} in {rig.cameras[camera].name}"
         for view, camera, corner in wrong
     )
-
-
-def _hull(corners: Points3) -> Points3:
-    try:
-        return corners[ConvexHull(corners).vertices]
-    except (QhullError, ValueError) as error:
-        raise CalibrationError(
-            "calibration.no_common_volume",
-            f"Only {len(corners)} corners, or corners in one plane, were seen by two cameras.",
-            "Show the board all over the volume that two cameras see.",
-        ) from error

@@ -92,20 +92,11 @@ def calibrate_boards(
 
 
 def calibrate_bundle(
-    *,
-    views: Annotated[Path, typer.Argument()],
-    board: Path,
-    recorded: BundleChoice,
-    choice: ProbeChoice,
-    rig: Path,
-    calibrations: Path | None,
-    who: str,
-    temperature: float | None,
-    temperature_u: str,
-    valid_days: int,
-    decision: bool | None,
+    *, views: Annotated[Path, typer.Argument()], board: Path, recorded: BundleChoice,
+    choice: ProbeChoice, rig: Path, calibrations: Path | None, who: str,
+    temperature: float | None, temperature_u: str, valid_days: int, decision: bool | None,
     overrule: str,
-) -> None:
+) -> None:  # fmt: skip
     """Calibrate the cameras with a board, a waved probe and a length bar in one adjustment.
 
     Give the corners that an earlier 'calibrate boards' kept, or a folder of pictures

@@ -136,12 +136,12 @@ def test_a_bar_makes_it_traceable_without_new_pictures(tmp_path: Path) -> None:
     assert [artefact.serial for artefact in record.artefacts] == ["B-400-1"]
     *_, session = sorted((tmp_path / "calibrations" / "recommended" / "sessions").glob("boards-*"))
     written = json.loads(session.read_text(encoding="utf-8"))["recorded"]
-    assert len(written["frames_px"]) == 40
-    assert len(written["bars"][0]["placements_px"]) == 6
+    assert len(written["frames"]["uv"]) == 40
+    assert len(written["shown_bars"][0]["uv"]) == 6
 
 
 def test_a_bundle_of_another_file_is_refused(folder: Path) -> None:
     done = _calibrate(folder, "bundle", "corners.vnl", "--sweep", "nothing.rec")
     assert done.returncode == 2
-    assert "does not contain the corners of a session" in done.stderr
+    assert "does not contain corners of this board" in done.stderr
     assert "Traceback" not in done.stderr

@@ -56,7 +56,6 @@ class Culprit(Enum):
     CONE = "cone"
     PLACE = "place of a camera"
     BOARD_SIZE = "size of the board"
-    BOARD = "board"
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +110,8 @@ class Trial:
     sizes: Float
     when: str
     """``before`` the session, or a ``step`` or ``drift`` during it."""
+    first: int = 1
+    """First block that may follow a step; those before it are of one kind."""
 
 
 def examine(
@@ -364,15 +365,16 @@ def _tried(history: BlockHistory, trial: Trial) -> Suspect | None:
     if trial.when == "before":
         score = history.of_prior(trial.columns)
     else:
-        profiles = history.steps() if trial.when == "step" else history.drift()
+        steps = trial.when == "step"
+        profiles = history.steps()[trial.first - 1 :] if steps else history.drift()
         if not len(profiles):
             return None
         scores = history.of_time(trial.columns, profiles)
         best = int(np.argmax([one.score for one in scores]))
         score, profile, tried = scores[best], profiles[best], len(profiles)
-        scatter = history.scatter(trial.columns, profile, score.size)
+        scatter = history.scatter(trial.columns, profile, score.size, trial.first - 1)
         score = replace(score, scatter=scatter)
-        moment = best + 1 if trial.when == "step" else None
+        moment = best + trial.first if steps else None
     if not score.dof:
         return None
     return Suspect(trial.cause, trial.subject, score, trial.columns, profile, moment, tried, 0.0)

@@ -144,7 +144,6 @@ _CODES = {
     Culprit.CONE: "moved",
     Culprit.PLACE: "camera_elsewhere",
     Culprit.BOARD_SIZE: "board_size",
-    Culprit.BOARD: "board",
 }
 
 
@@ -211,8 +210,6 @@ def _message(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
             f"the board '{names.board}' is {1e6 * abs(part):.0f} um/m "
             f"{'larger' if part > 0.0 else 'smaller'} than its document says{_as_temperature(part)}"
         )
-    if cause is Culprit.BOARD:
-        return f"the board '{names.board}' is not as its document says: its corners are elsewhere"
     if cause is Culprit.LED:
         return (
             f"LED {index + 1} of the probe is {_um(size):.0f} um from its document position, all "
@@ -293,8 +290,6 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
         "probe.",
         Culprit.BOARD_SIZE: "Measure the pitch of the board, and correct its document or have it "
         f"calibrated; then {again}.",
-        Culprit.BOARD: "Measure the board, and state its flatness and corners as they are; then "
-        f"{again}.",
         Culprit.WARMING: "Let probe, artefacts and room reach one temperature, and do not use a "
         f"hand-warm probe; then {again}.",
     }

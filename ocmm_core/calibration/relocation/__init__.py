@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._frame import (
         anchors_of, jacobian_of_world, motion_to_world,
     )  # fmt: skip
-    from ocmm_core.calibration.relocation._guards import judge_focal, judge_residuals
+    from ocmm_core.calibration.relocation._guards import (
+        judge_convergence, judge_focal, judge_residuals,
+    )  # fmt: skip
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
     from ocmm_core.calibration.relocation._procedure_relocation import (
         RelocationProcedure, RelocationSetup,
@@ -37,6 +39,6 @@ __all__ = [
     "BAR", "BarDistance", "GeometryMode", "KeptByCameras", "KeptByPoints", "LensMode",
     "Observations", "ProbeFrames", "RelocationOptions", "RelocationProblem", "RelocationProcedure",
     "RelocationRequest", "RelocationSetup", "ShownBar", "TouchedBar", "World", "anchors_of",
-    "bar_ends", "build", "jacobian_of_world", "judge_focal", "judge_residuals", "motion_to_world",
-    "observations_of", "relocate",
+    "bar_ends", "build", "jacobian_of_world", "judge_convergence", "judge_focal", "judge_residuals",
+    "motion_to_world", "observations_of", "relocate",
 ]  # fmt: skip
