@@ -8,7 +8,7 @@ point without distortion.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -20,7 +20,7 @@ from ocmm_boards._corners import BoardViews
 from ocmm_core.calibration.bundle import BundleState, RobustMinimum
 from ocmm_core.calibration.cameras import OUTLIERS_REFUSED, lens_effect
 from ocmm_core.calibration.records import Finding
-from ocmm_core.calibration.relocation import judge_focal
+from ocmm_core.calibration.relocation import judge_convergence, judge_focal
 from ocmm_core.camera import CameraModel, Rig, from_pixels
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit
@@ -29,8 +29,14 @@ WORST_SIGMA_PX = 0.5
 """Scatter of corners above which no detector of ours works."""
 TOGETHER = 1.3
 """Scatter of all cameras together over that of each alone."""
-BASELINE_WARNED, BASELINE_REFUSED = 0.05, 0.5
+BASELINE_WARNED, BASELINE_REFUSED = 0.05, 0.15
 """Relative deviation of the distance of two cameras from the rig document."""
+TURNED_RAD = 0.5
+"""Deviation of the direction of a camera from that in the rig document, seen from the first."""
+FOCAL_OFF = 0.25
+"""Relative deviation of a focal length from the rig document."""
+POOR_SIGMA_PX = 0.25
+"""Scatter of corners in pictures with glare or blur."""
 CONTRADICTION = 1e-5
 """Probability below which a shape is not attributed to chance."""
 
@@ -44,38 +50,60 @@ class FewViews:
 
 
 def judge_solution(
-    rig: Rig, board: Board, state: BundleState, covariance: Float, found: RobustMinimum,
-    sigma_px: float, alone: Sequence[float],
+    rig: Rig, board: Board, covariance: Float, found: RobustMinimum, sigma_px: float,
+    alone: Sequence[float], traceable: bool,
 ) -> list[Finding]:  # fmt: skip
     """Return the findings; ``alone``: corner scatter of each separately adjusted camera, px."""
+    state = found.minimum.state
     return [
         *_scatter(rig, sigma_px, alone),
-        *_converged(found),
+        *_focal(rig, state.cameras, covariance, sigma_px),
+        *judge_convergence(found, "Take more pictures of the board, at more angles and distances."),
         *_shape(board, state),
         *_spots(found, rig.cameras),
         *_lenses(state, found, sigma_px),
         *_baselines(rig, state),
         *_views(found),
-        *_focal(state.cameras, covariance),
-        *_scale(board),
+        *([] if traceable else [_untraceable(board)]),
     ]
 
 
 def _scatter(rig: Rig, sigma_px: float, alone: Sequence[float]) -> list[Finding]:
-    worst = max(range(len(alone)), key=lambda index: alone[index])
-    if alone[worst] > WORST_SIGMA_PX:
-        return [
-            Finding(
-                "boards.scatter",
-                f"The corners scatter by {alone[worst]:.2f} px in camera "
-                f"'{rig.cameras[worst].name}' alone; not a valid calibration.",
-                "Check columns, rows and order of the corners, the pitch of the pixels in the rig "
-                "document, and that all pictures show the same board in focus.",
-                refuses=True,
-            )
-        ]
     expected = float(np.sqrt(np.mean(np.square(alone))))
-    return [told_moved(expected, sigma_px)] if sigma_px > TOGETHER * expected else []
+    moved = [told_moved(expected, sigma_px)] if sigma_px > TOGETHER * expected else []
+    return told_unexplained(rig, alone) or moved
+
+
+def told_unexplained(rig: Rig, alone: Sequence[float]) -> list[Finding]:
+    """Return that a camera alone does not explain its corners, with this scatter, px, of each."""
+    worst = max(range(len(alone)), key=lambda index: alone[index])
+    if alone[worst] <= WORST_SIGMA_PX:
+        return []
+    return [
+        Finding(
+            "boards.scatter",
+            f"The corners scatter by {alone[worst]:.2f} px in camera "
+            f"'{rig.cameras[worst].name}' alone; not a valid calibration.",
+            "Check columns, rows and order of the corners, the pitch of the pixels in the rig "
+            "document, and that all pictures show the same board in focus.",
+            refuses=True,
+        )
+    ]
+
+
+def told_mirrored(camera: CameraModel, poses: Iterable[RigidTransform]) -> list[Finding]:
+    """Return that a camera sees most boards, posed in its frame, from behind."""
+    if np.median([pose.rotation[2, 2] for pose in poses]) > 0.0:
+        return []
+    return [
+        Finding(
+            "boards.mirrored",
+            f"Camera '{camera.name}' sees the board from behind: its pictures are mirrored, or "
+            "the corners of a row are listed from right to left.",
+            "Switch off mirroring in the camera, or list the corners as seen from the front.",
+            refuses=True,
+        )
+    ]
 
 
 def told_moved(alone_px: float, together_px: float) -> Finding:
@@ -89,19 +117,6 @@ def told_moved(alone_px: float, together_px: float) -> Finding:
         "check the patterns of names, and take all of them again.",
         refuses=True,
     )
-
-
-def _converged(found: RobustMinimum) -> list[Finding]:
-    if found.minimum.converged:
-        return []
-    return [
-        Finding(
-            "calibration.not_converged",
-            "The adjustment did not converge.",
-            "Take more pictures of the board, at more angles and distances.",
-            refuses=True,
-        )
-    ]
 
 
 def _shape(board: Board, state: BundleState) -> list[Finding]:
@@ -129,16 +144,30 @@ def _spots(found: RobustMinimum, cameras: Sequence[CameraModel]) -> list[Finding
     wrong = seen & ~found.used
     if not wrong.any():
         return []
+    refuses = bool(wrong.sum() > OUTLIERS_REFUSED * seen.sum())
+    pictures = np.count_nonzero(seen, axis=2) > 0
+    lost = pictures & (np.count_nonzero(found.used, axis=2) == 0)
     listed = ", ".join(
         f"{count} of camera '{camera.name}'"
         for camera, count in zip(cameras, wrong.sum(axis=(0, 2)), strict=True)
     )
+    if refuses and 2 * np.count_nonzero(wrong & lost[:, :, None]) > wrong.sum():
+        return [
+            Finding(
+                "boards.views",
+                f"{lost.sum()} of {pictures.sum()} pictures do not belong to their views; "
+                f"corners left out: {listed}.",
+                "Take the pictures of a view at the same moment, of the same board, and check the "
+                "names of the files.",
+                refuses=True,
+            )
+        ]
     return [
         Finding(
             "calibration.outliers",
             f"{wrong.sum()} of {seen.sum()} corners are outliers and were excluded: {listed}.",
             "Look for glare on the board and for things in front of it.",
-            refuses=bool(wrong.sum() > OUTLIERS_REFUSED * seen.sum()),
+            refuses=refuses,
         )
     ]
 
@@ -154,20 +183,39 @@ def _lenses(state: BundleState, found: RobustMinimum, sigma_px: float) -> Iterat
 
 
 def _baselines(rig: Rig, state: BundleState) -> Iterator[Finding]:
+    stated, found = (_beside_first(one) for one in (rig.cameras, state.cameras))
     first = rig.cameras[0]
-    for nominal, camera in zip(rig.cameras[1:], state.cameras[1:], strict=True):
-        found = float(np.linalg.norm(camera.centre_world - state.cameras[0].centre_world))
-        stated = float(np.linalg.norm(nominal.centre_world - first.centre_world))
-        off = abs(found / stated - 1.0)
+    for nominal, (stated_at, stated_turn), (at, turn) in zip(
+        rig.cameras[1:], stated, found, strict=True
+    ):
+        apart, nominally = np.linalg.norm(at), np.linalg.norm(stated_at)
+        off = abs(apart / nominally - 1.0)
         if off > BASELINE_WARNED:
             yield Finding(
                 "boards.baseline",
-                f"By the board, cameras '{first.name}' and '{nominal.name}' are {found:.1f} mm "
-                f"apart, by the rig document {stated:.1f} mm.",
+                f"By the board, cameras '{first.name}' and '{nominal.name}' are {apart:.1f} mm "
+                f"apart, by the rig document {nominally:.1f} mm.",
                 "Check the pitch of the board, and where the rig document puts the cameras.",
-                refuses=off > BASELINE_REFUSED,
+                refuses=bool(off > BASELINE_REFUSED),
                 forcible=True,
             )
+        cosines = at @ stated_at / (apart * nominally), 0.5 * (np.trace(turn.T @ stated_turn) - 1.0)
+        if min(cosines) < np.cos(TURNED_RAD):
+            yield Finding(
+                "boards.swapped",
+                f"Seen from camera '{first.name}', camera '{nominal.name}' is not where the rig "
+                "document puts it: the pictures of cameras are swapped.",
+                "Check the names of the pictures, and places and directions in the rig document.",
+                refuses=True,
+                forcible=True,
+            )
+
+
+def _beside_first(cameras: Sequence[CameraModel]) -> list[tuple[Float, Float]]:
+    """Return place (3,), mm, and rotation of all others in the frame of the first camera."""
+    first, *others = (camera.T_camera_from_world for camera in cameras)
+    motions = (first.compose(other.inverse()) for other in others)
+    return [(motion.translation, motion.rotation) for motion in motions]
 
 
 def _views(found: RobustMinimum) -> list[Finding]:
@@ -185,31 +233,36 @@ def _views(found: RobustMinimum) -> list[Finding]:
     ]
 
 
-def _focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
-    return [
-        Finding(
-            "calibration.focal_sigma",
-            one.what,
-            "Take more pictures of the board, tilted by 30 to 50 degrees in all directions.",
-            refuses=True,
-            forcible=True,
-        )
-        for one in judge_focal(cameras, covariance)
-    ]
+def _focal(
+    rig: Rig, cameras: Sequence[CameraModel], covariance: Float, sigma_px: float
+) -> Iterator[Finding]:
+    for nominal, camera in zip(rig.cameras, cameras, strict=True):
+        if abs(camera.focal / nominal.focal - 1.0) > FOCAL_OFF:
+            yield Finding(
+                "boards.focal",
+                f"The focal length of camera '{camera.name}' is {camera.focal:.2f} mm, by the rig "
+                f"document {nominal.focal:.2f} mm.",
+                "Give pictures in full resolution, and check focal length and pitch of the pixels "
+                "in the rig document.",
+                refuses=True,
+                forcible=True,
+            )
+    remedy = "Take more pictures of the board, tilted by 30 to 50 degrees in all directions."
+    if sigma_px > POOR_SIGMA_PX:
+        remedy = "Look for glare, blur and motion: the corners of these pictures scatter too much."
+    for one in judge_focal(cameras, covariance):
+        yield Finding("calibration.focal_sigma", one.what, remedy, refuses=True, forcible=True)
 
 
-def _scale(board: Board) -> list[Finding]:
-    if board.traceable:
-        return []
-    return [
-        Finding(
-            "boards.scale",
-            f"The scale is not traceable: the board '{board.document.name}' has no certificate. "
-            f"All lengths may be off by {2e6 * board.scale_sigma:.0f} um/m (k = 2, as stated).",
-            "Relocate with a certified length bar, then verify with another one.",
-            refuses=False,
-        )
-    ]
+def _untraceable(board: Board) -> Finding:
+    return Finding(
+        "boards.scale",
+        f"The scale is not traceable: the board '{board.document.name}' has no certificate. "
+        f"All lengths may be off by {2e6 * board.scale_sigma:.0f} um/m (k = 2, as stated).",
+        "Show a certified length bar and add it by 'ocmm calibrate bundle'; it needs no new "
+        "pictures. Then verify with another bar.",
+        refuses=False,
+    )
 
 
 _FOCAL_RANGE = 2.0

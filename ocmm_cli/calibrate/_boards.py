@@ -1,14 +1,33 @@
-"""``ocmm calibrate boards`` and ``pictures``: entry points of the group `ocmm.commands`."""
+"""``ocmm calibrate boards``, ``bundle`` and ``pictures``; `ocmm.commands` names first and last."""
 
 from __future__ import annotations
 
 import math
 import time
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from ocmm_cli.calibrate._setup import ProbeChoice
+
+if TYPE_CHECKING:
+    from ocmm_boards import BoardSession
+    from ocmm_cli.calibrate._run import TerminalSite
+    from ocmm_cli.terminal import PlainConsole
+    from ocmm_core.calibration.guided import Shot
+
+
+@dataclass(frozen=True, slots=True)
+class BundleChoice:
+    """Options that name recordings next to the views of a board."""
+
+    bar: Path | None
+    sweep: Path | None
+    placements: Path | None
+    shots: Path | None
 
 
 def calibrate_boards(
@@ -34,7 +53,7 @@ def calibrate_boards(
     traceable: relocate with a certified bar afterwards.
     """
     from ocmm_boards import detect_corners, load_board, read_corners, run_session
-    from ocmm_cli.calibrate import is_yes, open_site, print_calibration, print_status
+    from ocmm_cli.calibrate import open_site
     from ocmm_cli.terminal import lead, make_console, progress_line, tr
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import let_pass
@@ -69,6 +88,74 @@ def calibrate_boards(
         valid_days=valid_days, force=bool(overrule),
         kept=lambda path: console.print(f"{lead('Session  ')}{path}"),
     )  # fmt: skip
+    _conclude(console, site, session, who, now, decision, overrule)
+
+
+def calibrate_bundle(
+    *, views: Annotated[Path, typer.Argument()], board: Path, recorded: BundleChoice,
+    choice: ProbeChoice, rig: Path, calibrations: Path | None, who: str,
+    temperature: float | None, temperature_u: str, valid_days: int, decision: bool | None,
+    overrule: str,
+) -> None:  # fmt: skip
+    """Calibrate the cameras with a board, a waved probe and a length bar in one adjustment.
+
+    Give the corners that an earlier 'calibrate boards' kept, or a folder of pictures
+    VIEW-SERIAL.png. Nothing may have moved between pictures and recordings. A certified bar makes
+    the scale traceable without new pictures.
+    """
+    from ocmm_boards import Recordings, kept_views, load_board, run_session, views_in
+    from ocmm_cli.calibrate import open_site
+    from ocmm_cli.calibrate._steps import body_in_use_of
+    from ocmm_cli.terminal import lead, make_console, print_table_account, progress_line, tr
+    from ocmm_core.acceptance import read_temperature
+    from ocmm_core.calibration.guided import load_shots
+    from ocmm_core.calibration.records import let_pass, load_bar
+    from ocmm_core.errors import InputError
+
+    if recorded.sweep is None and recorded.placements is None and recorded.shots is None:
+        raise InputError(
+            "boards.recordings",
+            "No recording and no table of shots was given.",
+            "Give --sweep, --placements or --shots; a board alone: 'ocmm calibrate boards'.",
+        )
+    console, site = make_console(), open_site(rig, calibrations)
+    now = datetime.now(UTC)
+    warm = read_temperature(temperature, temperature_u, now)
+    known, body = load_board(board, warm), body_in_use_of("simulated", choice)
+    bar = None if recorded.bar is None else load_bar(recorded.bar)
+    for artefact in (known.artefact, *(() if bar is None else (bar.artefact,))):
+        let_pass(artefact.judge(0.0, math.inf, now, warm), force=False)
+    shots: tuple[Shot, ...] = ()
+    if recorded.shots is not None:
+        table = load_shots(recorded.shots, site.design, body.n_leds)
+        print_table_account(table.account)
+        shots = table.shots
+    if views.is_dir():
+        with progress_line() as tell:
+            corners = views_in(
+                views, site.design, known,
+                lambda done, of: tell(tr(f"Searched {done:d} of {of:d} pictures"), done / of),
+            )  # fmt: skip
+    else:
+        corners = kept_views(views, site.design, known)
+    for sentence in corners.left_out:
+        console.show(sentence)
+    session = run_session(
+        site.design, site.store, known, corners, now, who=who, temperature=warm,
+        valid_days=valid_days, force=bool(overrule),
+        kept=lambda path: console.print(f"{lead('Session  ')}{path}"),
+        recordings=Recordings(body, bar, recorded.sweep, recorded.placements, shots),
+    )  # fmt: skip
+    _conclude(console, site, session, who, now, decision, overrule)
+
+
+def _conclude(
+    console: PlainConsole, site: TerminalSite, session: BoardSession, who: str, now: datetime,
+    decision: bool | None, overrule: str,
+) -> None:  # fmt: skip
+    """Print the result, accept it if decided so, and exit with 1 if not."""
+    from ocmm_cli.calibrate import is_yes, print_calibration, print_status
+
     found, outcome = session.found, session.outcome
     print_calibration(console, outcome)
     console.show(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from ocmm_cli.calibrate._boards import calibrate_bundle
 from ocmm_cli.calibrate._setup import CameraSetup, ProbeChoice
 from ocmm_cli.terminal import (
     DeferredInterrupt,
@@ -42,6 +43,9 @@ calibrate_app = typer.Typer(
     "stopped when started again.\n\nExit codes: 0 accepted (and passed), 1 old one kept, "
     "waiting, or failed, 2 could not run.",
 )
+
+
+calibrate_app.command("bundle")(calibrate_bundle)
 
 
 @calibrate_app.command()

@@ -96,6 +96,19 @@ TABLE = {
     "camera genicam": (
         Option("gentl", False, "List the cameras of the GenTL producers in GENICAM_GENTL64_PATH."),
     ),
+    "calibrate bundle": (
+        argument("views", ..., "Kept corners (boards-....json in the folder of sessions), or a "
+                 "folder of pictures VIEW-SERIAL.png."),
+        Option("board", ..., "Document of the calibration board."),
+        Option("bar", None, "Document of the length bar."),
+        Option("sweep", None, "Recording of the waved probe."),
+        Option("placements", None, "Recording of the bar, which rests at ten places."),
+        Option("probes", None, "Folder of records of probes; default: the document of the probe."),
+        Option("tip", None, "Mounted tip; default: the last one mounted."),
+        Option("valid_days", 365, ""),
+        Option("decision", None, "Accept the result, or keep the active one; if neither is given, "
+               "on a terminal you are asked, a script keeps it.", flags="--accept/--keep"),
+    ),
     "camera expose": (
         Option("source", ..., "Cameras: genicam:SERIAL,SERIAL."),
         Option("exposure", None, "Exposure time, µs; default: found by the brightest LED.",
@@ -127,8 +140,8 @@ TABLE = {
         Option("uncalibrated", False, "Use cameras without a usable calibration."),
         Option("cone", "", "Marking on the cone."),
     ),
-    "calibrate boards, calibrate cameras, calibrate relocate, calibrate verify, calibrate sensors, "
-    "calibrate tracker, calibrate scale, "
+    "calibrate boards, calibrate bundle, calibrate cameras, calibrate relocate, calibrate verify, "
+    "calibrate sensors, calibrate tracker, calibrate scale, "
     "calibrate status, calibrate history, calibrate probe, calibrate tip, calibrate check-tip, "
     "camera black": (
         Option("calibrations", None, "Calibration folder; default: that of this user."),

@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.recording._recorder import (
         HISTORY_S, FrameHistory, FrameRecorder, ReplaySource,
     )  # fmt: skip
+    from ocmm_core.acquisition.recording._recording import Recording
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "HISTORY_S", "BusCapture", "CaptureAccount", "FrameHistory", "FrameRecorder", "ReplaySource",
+    "HISTORY_S", "BusCapture", "CaptureAccount", "FrameHistory", "FrameRecorder", "Recording",
+    "ReplaySource",
 ]  # fmt: skip

@@ -10,10 +10,11 @@ observations cannot separate them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import log
+from typing import TypeAlias
 
 import numpy as np
 import scipy
@@ -22,7 +23,7 @@ from ocmm_core.calibration.bundle._bundle import BundleMinimum, adjust
 from ocmm_core.calibration.bundle._culprit_history import BlockHistory, ChangeScore
 from ocmm_core.calibration.bundle._state import LENS, BundleData, BundleState, Prior
 from ocmm_core.calibration.monitor import N_MOTIONS, camera_changes
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 
 FALSE_ALARM = 1e-3
 """Probability of any accusation in a fault-free session, over all suspects and moments."""
@@ -54,6 +55,7 @@ class Culprit(Enum):
     WARMING = "size of the probe during the session"
     CONE = "cone"
     PLACE = "place of a camera"
+    BOARD_SIZE = "size of the board"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ class CulpritVerdict:
 
 
 @dataclass(frozen=True, slots=True)
-class _Trial:
+class Trial:
     """A hypothesis: derivatives of the common unknowns by the fault, and its usual sizes."""
 
     cause: Culprit
@@ -107,27 +109,33 @@ class _Trial:
     columns: Float
     sizes: Float
     when: str
+    """``before`` the session, or a ``step`` or ``drift`` during it."""
+    first: int = 1
+    """First block that may follow a step; those before it are of one kind."""
 
 
 def examine(
-    data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True
-) -> CulpritVerdict | None:
+    data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True,
+    trials: Callable[[BlockHistory], Iterator[Trial]] | None = None,
+) -> CulpritVerdict | None:  # fmt: skip
     """Return the verdict; None if the observations cannot determine a fault.
 
     The bundle is near its minimum with all uncertain unknowns free; ``dof`` is that of its
     chi-square. ``exactly`` adjusts and fits the best suspects fully; otherwise first order at
-    ``start``.
+    ``start``. ``trials``: the faults to test, default `trials_of`.
     """
+    trials = trials or trials_of
     state = adjust(data, prior, start).state if exactly else start
     history = BlockHistory.from_data(data, prior, state)
     if history is None or dof < 1:
         return None
-    found = _round(history, dof, _TRIED if exactly else 0)
+    found = _round(history, dof, _TRIED if exactly else 0, trials)
     if not found.verdict.named or not exactly:
         return found.verdict
     return _with_others(found, dof)
 
 
+_Tests: TypeAlias = Callable[[BlockHistory], Iterator[Trial]]
 _WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS: Culprit.RIG}
 """Faults that contain another one: both together are no pair."""
 
@@ -135,17 +143,18 @@ _WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS:
 @dataclass(frozen=True, slots=True)
 class _Round:
     verdict: CulpritVerdict
-    trials: Sequence[_Trial]
+    tests: _Tests
+    trials: Sequence[Trial]
     ranked: Sequence[Suspect]
 
 
-def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
+def _round(history: BlockHistory, dof: int, tried: int, tests: _Tests) -> _Round:
     cost = history.cost
-    trials, suspects = _suspects(history)
+    trials, suspects = _suspects(history, tests)
     misfit = _misfit(suspects, cost, dof)
     if not any(chance(one, misfit) * len(suspects) < FALSE_ALARM for one in suspects):
         verdict = CulpritVerdict(history, (), misfit, explained=True, effect_px=0.0)
-        return _Round(verdict, trials, ())
+        return _Round(verdict, tests, trials, ())
     sudden = [one for one in suspects if one.moment is not None]
     if sudden:
         # A change occurs at one frame within its block; frames on its wrong side fit nothing.
@@ -155,7 +164,7 @@ def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
             history.data, history.prior, history.state, (moment - 1, moment)
         )
         history = finer or history
-        trials, suspects = _suspects(history)
+        trials, suspects = _suspects(history, tests)
         misfit = _misfit(suspects, cost, dof)
     ranked = sorted((_weighed(one, trials, misfit) for one in suspects), key=lambda one: -one.worth)
     proven = [_granted(history, one) if tried else one for one in ranked[: tried or _TRIED]]
@@ -168,7 +177,7 @@ def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
     explained = misfit < 1.0 + 4.0 * float(np.sqrt(2.0 / dof)) + 0.02 * (cost - left) / dof
     effect = effect_of(history, best)
     verdict = CulpritVerdict(history, _one_of_each(near), misfit, explained, effect)
-    return _Round(verdict, trials, proven)
+    return _Round(verdict, tests, trials, proven)
 
 
 def _with_others(found: _Round, dof: int) -> CulpritVerdict:
@@ -179,7 +188,7 @@ def _with_others(found: _Round, dof: int) -> CulpritVerdict:
         after = _after(history, one)
         if after is None:
             continue
-        rest = _round(after, dof - one.score.dof, _TRIED_IN_PAIR)
+        rest = _round(after, dof - one.score.dof, _TRIED_IN_PAIR, found.tests)
         if not rest.verdict.named or rest.verdict.named[0].cause is not _WHOLE.get(one.cause):
             pairs.append((one, rest))
     if not pairs:
@@ -211,7 +220,7 @@ def _with_others(found: _Round, dof: int) -> CulpritVerdict:
         after = _after(rest.verdict.history, rest.verdict.named[0])
         if after is None:
             break
-        rest = _round(after, dof - freedom, _TRIED_IN_PAIR)
+        rest = _round(after, dof - freedom, _TRIED_IN_PAIR, found.tests)
         also += [rest.verdict.named] * bool(rest.verdict.named)
     # Few LEDs leave so few distances that two of them explain as much as all.
     least = worth((one, rest_of_pair)) - 3 * DECISIVE
@@ -232,8 +241,8 @@ def _after(history: BlockHistory, suspect: Suspect) -> BlockHistory | None:
     return BlockHistory.from_data(data, prior, adjust(data, prior, history.state).state)
 
 
-def _suspects(history: BlockHistory) -> tuple[list[_Trial], list[Suspect]]:
-    trials = list(_trials(history))
+def _suspects(history: BlockHistory, tests: _Tests) -> tuple[list[Trial], list[Suspect]]:
+    trials = list(tests(history))
     found = (_tried(history, trial) for trial in trials)
     return trials, [one for one in found if one is not None]
 
@@ -292,7 +301,8 @@ def effect_of(history: BlockHistory, suspect: Suspect) -> float:
     return float(np.sqrt(np.mean(concerned**2))) if len(concerned) else 0.0
 
 
-def _trials(history: BlockHistory) -> Iterator[_Trial]:
+def trials_of(history: BlockHistory, probe: Int | None = None) -> Iterator[Trial]:
+    """Yield the faults of bars, cameras and probe; ``probe``: its LEDs, by default all."""
     state, columns = history.state, history.state.columns
     information = history.prior.information.diagonal()
 
@@ -301,29 +311,29 @@ def _trials(history: BlockHistory) -> Iterator[_Trial]:
         found[list(places), range(len(places))] = 1.0
         return found
 
-    leds = columns.of_leds
-    led_places = [[leds.start + 3 * led + i for i in range(3)] for led in range(columns.leds)]
+    own = np.arange(columns.leds) if probe is None else probe
+    led_places = (columns.of_leds.start + 3 * own[:, None] + np.arange(3)).tolist()
+    leds = [place for places in led_places for place in places]
     larger = np.zeros((columns.count, 1))
-    larger[leds, 0] = (state.leds - state.leds.mean(axis=0)).ravel()
+    larger[leds, 0] = (state.leds[own] - state.leds[own].mean(axis=0)).ravel()
     thermal = history.prior.thermal
     if thermal is not None:
-        yield _Trial(Culprit.TEMPERATURE, -1, thermal[:, None], np.array([_KELVIN]), "before")
+        yield Trial(Culprit.TEMPERATURE, -1, thermal[:, None], np.array([_KELVIN]), "before")
     for bar in range(columns.bars):
         place = columns.of_lengths.start + bar
-        yield _Trial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
+        yield Trial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
     if information[leds].any():
         for led, places in enumerate(led_places):
-            yield _Trial(Culprit.LED, led, unit(places), np.full(3, _LED_MM), "before")
-        yield _Trial(Culprit.SIZE, -1, larger, np.array([_SIZE]), "before")
-        everything = unit(list(range(leds.start, leds.stop)))
-        yield _Trial(Culprit.PROBE, -1, everything, np.full(3 * columns.leds, _LED_MM), "before")
+            yield Trial(Culprit.LED, led, unit(places), np.full(3, _LED_MM), "before")
+        yield Trial(Culprit.SIZE, -1, larger, np.array([_SIZE]), "before")
+        yield Trial(Culprit.PROBE, -1, unit(leds), np.full(len(leds), _LED_MM), "before")
     for led, places in enumerate(led_places):
-        yield _Trial(Culprit.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
-    yield _Trial(Culprit.WARMING, -1, larger, np.array([_SIZE]), "drift")
+        yield Trial(Culprit.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
+    yield Trial(Culprit.WARMING, -1, larger, np.array([_SIZE]), "drift")
     if columns.seats == 1:
         seat = range(columns.of_seats.start, columns.of_seats.stop)
         for when in ("step", "drift"):
-            yield _Trial(Culprit.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
+            yield Trial(Culprit.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
     lenses = [
         columns.camera(index).start + place
         for index in range(columns.cameras)
@@ -331,45 +341,46 @@ def _trials(history: BlockHistory) -> Iterator[_Trial]:
     ]
     usual = np.array([_FOCAL_MM, _POINT_PX, _POINT_PX])
     if columns.cameras > 1 and information[lenses].all():
-        yield _Trial(Culprit.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
+        yield Trial(Culprit.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
     turn, shift = np.full(3, _TURN), np.full(3, _SHIFT_MM)
     for index, camera in enumerate(state.cameras):
         place = columns.camera(index)
         lens = range(place.start + LENS.start, place.stop)
         if information[lens.start]:
             seen = lenses[3 * index : 3 * index + 3]
-            yield _Trial(Culprit.LENS, index, unit(seen), usual, "before")
+            yield Trial(Culprit.LENS, index, unit(seen), usual, "before")
         motion = np.zeros((columns.count, N_MOTIONS))
         motion[place] = camera_changes(camera)[:, :N_MOTIONS]
         if information[place.start]:
             both = np.concatenate([turn, shift])
-            yield _Trial(Culprit.PLACE, index, motion, both, "before")
+            yield Trial(Culprit.PLACE, index, motion, both, "before")
         for when in ("step", "drift"):
-            yield _Trial(Culprit.CAMERA, index, motion[:, :3], turn, when)
-            yield _Trial(Culprit.CAMERA, index, motion, np.concatenate([turn, shift]), when)
+            yield Trial(Culprit.CAMERA, index, motion[:, :3], turn, when)
+            yield Trial(Culprit.CAMERA, index, motion, np.concatenate([turn, shift]), when)
 
 
-def _tried(history: BlockHistory, trial: _Trial) -> Suspect | None:
+def _tried(history: BlockHistory, trial: Trial) -> Suspect | None:
     """Return the trial at its best moment; None if unobservable."""
     profile, moment, tried = None, None, 1
     if trial.when == "before":
         score = history.of_prior(trial.columns)
     else:
-        profiles = history.steps() if trial.when == "step" else history.drift()
+        steps = trial.when == "step"
+        profiles = history.steps()[trial.first - 1 :] if steps else history.drift()
         if not len(profiles):
             return None
         scores = history.of_time(trial.columns, profiles)
         best = int(np.argmax([one.score for one in scores]))
         score, profile, tried = scores[best], profiles[best], len(profiles)
-        scatter = history.scatter(trial.columns, profile, score.size)
+        scatter = history.scatter(trial.columns, profile, score.size, trial.first - 1)
         score = replace(score, scatter=scatter)
-        moment = best + 1 if trial.when == "step" else None
+        moment = best + trial.first if steps else None
     if not score.dof:
         return None
     return Suspect(trial.cause, trial.subject, score, trial.columns, profile, moment, tried, 0.0)
 
 
-def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspect:
+def _weighed(suspect: Suspect, trials: Sequence[Trial], misfit: float) -> Suspect:
     score = suspect.score
     m = len(score.size)
     sizes = next(one.sizes for one in trials if one.cause is suspect.cause and len(one.sizes) == m)

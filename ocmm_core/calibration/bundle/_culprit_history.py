@@ -24,8 +24,10 @@ BLOCKS = 60
 _PARTS, _LEAST_FRAMES = 20, 10
 """Number of parts searched for jointly excluded spots, and their minimum length."""
 
-_LEAST_BLOCKS = 20
-"""Blocks needed to estimate their scatter."""
+_LEAST_BLOCKS, _LEAST_KIND = 20, 5
+"""Blocks needed to estimate their scatter, and that of blocks of another kind."""
+_UNKNOWN = 20.0
+"""That of too few pictures: a common error of half of the noise of each of some 80 corners."""
 
 _LEAST_INFORMATION = 1e-8
 """Fraction of the information of a change left by free unknowns, below which it is unobservable."""
@@ -129,8 +131,11 @@ class BlockHistory:
         pulls = across.swapaxes(1, 2) @ still - profiles @ (self.gradients @ columns)
         return _scores(inner, pulls, alone.diagonal(axis1=1, axis2=2))
 
-    def scatter(self, columns: Float, profile: Float, size: Float) -> float:
-        """Return the scatter of blocks about a change, see `ChangeScore`."""
+    def scatter(self, columns: Float, profile: Float, size: Float, kinds: int = 0) -> float:
+        """Return the scatter of blocks about a change, see `ChangeScore`.
+
+        ``kinds``: number of first blocks that scatter otherwise than the others; the larger counts.
+        """
         # Remove the effect of the change on the common unknowns from all blocks.
         across = np.tensordot(profile, self.normals @ columns, axes=1)
         common = -self.covariance @ (self.rest + across @ size)
@@ -138,13 +143,8 @@ class BlockHistory:
         off = (self.gradients + np.einsum("bkl,bl->bk", self.normals, moved)) @ columns
         own = np.einsum("km,bkn->bmn", columns, self.normals @ columns, optimize=True)
         found = _scores(own, off, own.diagonal(axis1=1, axis2=2))
-        squares = [one.score for one in found if one.dof]
-        dofs = [one.dof for one in found if one.dof]
-        if len(squares) < _LEAST_BLOCKS:
-            return 1.0
-        usual = float(np.median(scipy.special.chdtri(np.array(dofs, dtype=np.float64), 0.5)))
-        # Median, so that the affected block does not mask itself.
-        return max(1.0, float(np.median(squares)) / usual)
+        whole = _usual(found, _LEAST_BLOCKS, 1.0)
+        return max(whole, _usual(found[:kinds], _LEAST_KIND, _UNKNOWN)) if kinds else whole
 
     def steps(self) -> Float:
         """Return the profiles (b - 1, b) of sudden changes at every moment."""
@@ -261,6 +261,16 @@ def _poses(state: BundleState, block: Block) -> BundleState:
         state, rotations=state.rotations[frames], origins=state.origins[frames],
         bar_rotations=state.bar_rotations[placements], bar_origins=state.bar_origins[placements],
     )  # fmt: skip
+
+
+def _usual(found: Sequence[ChangeScore], least: int, unknown: float) -> float:
+    squares = [one.score for one in found if one.dof]
+    dofs = [one.dof for one in found if one.dof]
+    if len(squares) < least:
+        return unknown
+    usual = float(np.median(scipy.special.chdtri(np.array(dofs, dtype=np.float64), 0.5)))
+    # Median, so that the affected block does not mask itself.
+    return max(1.0, float(np.median(squares)) / usual)
 
 
 def _scores(inner: Float, pulls: Float, alone: Float) -> tuple[ChangeScore, ...]:

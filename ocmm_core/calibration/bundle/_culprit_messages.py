@@ -110,6 +110,7 @@ class Names:
     """Procedure to repeat, as "the relocation"."""
     moment: Callable[[int], str]
     """Text for the first observation of a block of the history, as "pose 94"."""
+    board: str = ""
 
 
 def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
@@ -142,6 +143,7 @@ _CODES = {
     Culprit.WARMING: "warming",
     Culprit.CONE: "moved",
     Culprit.PLACE: "camera_elsewhere",
+    Culprit.BOARD_SIZE: "board_size",
 }
 
 
@@ -202,6 +204,12 @@ def _message(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
                 f"{_as_temperature(part)}"
             )
         return f"the probe became {1e6 * abs(part):.0f} um/m {larger} during the session"
+    if cause is Culprit.BOARD_SIZE:
+        part = float(size[0])
+        return (
+            f"the board '{names.board}' is {1e6 * abs(part):.0f} um/m "
+            f"{'larger' if part > 0.0 else 'smaller'} than its document says{_as_temperature(part)}"
+        )
     if cause is Culprit.LED:
         return (
             f"LED {index + 1} of the probe is {_um(size):.0f} um from its document position, all "
@@ -280,6 +288,8 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
         Culprit.CONE: f"Clamp the cone, clean it, press the ball into it evenly, and {again}.",
         Culprit.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
         "probe.",
+        Culprit.BOARD_SIZE: "Measure the pitch of the board, and correct its document or have it "
+        f"calibrated; then {again}.",
         Culprit.WARMING: "Let probe, artefacts and room reach one temperature, and do not use a "
         f"hand-warm probe; then {again}.",
     }

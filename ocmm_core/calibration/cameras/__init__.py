@@ -19,7 +19,9 @@ if TYPE_CHECKING:
         CHI2_DEVIATION, FLAT_REFUSED, FLAT_WARNED, FOCAL_SIGMA, OUTLIERS_REFUSED, RMS_FORCED,
         RMS_REFUSED, lens_effect,
     )  # fmt: skip
-    from ocmm_core.calibration.cameras._lens import LensCamera, empty_rows, spot_rows
+    from ocmm_core.calibration.cameras._lens import (
+        LensCamera, empty_rows, project_extended, spot_rows,
+    )  # fmt: skip
     from ocmm_core.calibration.cameras._model_fit import OUTLIER_PROBABILITY, fit_camera
     from ocmm_core.calibration.cameras._network import calibrate_rig
     from ocmm_core.calibration.cameras._procedure_known_points import (
@@ -39,5 +41,5 @@ __all__ = [
     "OUTLIER_PROBABILITY", "RMS_FORCED", "RMS_REFUSED", "KnownPoints", "KnownPointsProcedure",
     "KnownPointsSetup", "LensCamera", "SpotTable", "TrackerProcedure", "TrackerSetup",
     "calibrate_rig", "cloud_of", "correct_scale", "empty_rows", "fit_camera", "lens", "lens_effect",
-    "load_spots", "read_reference_points", "spot_rows",
+    "load_spots", "project_extended", "read_reference_points", "spot_rows",
 ]  # fmt: skip

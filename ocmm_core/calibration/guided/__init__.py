@@ -24,8 +24,8 @@ if TYPE_CHECKING:
         StaticSpotAverager, sigma_of_mean, waved_frames,
     )  # fmt: skip
     from ocmm_core.calibration.guided._conclusion import (
-        CalibrationContext, Findings, build_outcome, hash_of, length_sigma, location_gains,
-        random_lines,
+        CalibrationContext, Findings, build_outcome, hash_of, hull_of, length_sigma, location_gains,
+        random_lines, residuals_of,
     )  # fmt: skip
     from ocmm_core.calibration.guided._procedure import (
         LAST_OF_CALIBRATION, OPEN, CameraLive, Gate, Live, Procedure, ProcedureDecision,
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
         SessionSetup, SessionSite, ShockDetector, Spots, TipSetup, from_spots, is_ended,
         record_shock, require_no_doubt_since, require_probe, sessions, to_spots, utc_text,
     )  # fmt: skip
-    from ocmm_core.calibration.guided._shot_table import Shot, load_shots
+    from ocmm_core.calibration.guided._shot_table import Shot, ShotKind, load_shots
 else:
     __getattr__ = lazy_exports(__name__)
 
@@ -66,13 +66,14 @@ __all__ = [
     "ProcedureKind", "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition",
     "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat",
     "SessionHeader", "SessionLine", "SessionLog", "SessionSetup", "SessionSite", "ShockDetector",
-    "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "TipSetup", "TrackerView",
-    "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate", "again_instruction",
-    "articulate", "build_outcome", "change_findings", "coverage", "first_gate", "first_instruction",
-    "from_spots", "handle_axis", "hash_of", "is_ended", "joint_covariance", "judge_first_visit",
-    "judge_repeats", "judge_visit_again", "length_sigma", "load_shots", "location_gains",
-    "noise_covariance", "place_of_ball", "random_lines", "range_limit", "record_shock",
-    "repeat_finding", "require_fresh_temperature", "require_no_doubt_since", "require_probe",
-    "rest_of", "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of",
-    "to_spots", "touch_of", "utc_text", "viewer_axes", "waved_frames",
+    "Shot", "ShotKind", "Spots", "StaticSpotAverager", "Step", "Tilt", "TimeCourse", "TipSetup",
+    "TrackerView", "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate",
+    "again_instruction", "articulate", "build_outcome", "change_findings", "coverage", "first_gate",
+    "first_instruction", "from_spots", "handle_axis", "hash_of", "hull_of", "is_ended",
+    "joint_covariance", "judge_first_visit", "judge_repeats", "judge_visit_again", "length_sigma",
+    "load_shots", "location_gains", "noise_covariance", "place_of_ball", "random_lines",
+    "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
+    "require_no_doubt_since", "require_probe", "residuals_of", "rest_of", "session_changes",
+    "sessions", "shared_covariance", "sigma_of_mean", "tips_of", "to_spots", "touch_of", "utc_text",
+    "viewer_axes", "waved_frames",
 ]  # fmt: skip

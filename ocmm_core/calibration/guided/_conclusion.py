@@ -6,6 +6,7 @@ Predicted length errors follow from the covariance of the cameras alone.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -31,7 +32,7 @@ from ocmm_core.camera import (
     projection_jacobians,
 )
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import Float, Points3, rigid_fit, triple
+from ocmm_core.geometry import Float, Pixels, Points3, rigid_fit, triple
 from ocmm_core.tracking import triangulate
 
 _TRIES = 100_000
@@ -156,6 +157,30 @@ class Findings:
     """Findings that did not refuse it."""
     thermal: records.ThermalTerm | None = None
     """Effect of the thermometer; None without one."""
+
+
+def residuals_of(
+    cameras: Sequence[CameraModel], uv: Pixels, residuals_px: Pixels, used: NDArray[np.bool_]
+) -> tuple[CameraResiduals, ...]:
+    """Return the residuals (n, C, L, 2) of spots of every camera; NaN if unseen."""
+    seen = np.isfinite(residuals_px[..., 0] + residuals_px[..., 1])
+    parts = ((c, seen[:, c]) for c in range(len(cameras)))
+    return tuple(
+        CameraResiduals(cameras[c].name, uv[:, c][s], residuals_px[:, c][s], used[:, c][s])
+        for c, s in parts
+    )
+
+
+def hull_of(points: Points3, remedy: str) -> Points3:
+    """Return the corners of the convex hull of points that two cameras saw; CalibrationError."""
+    try:
+        return points[scipy.spatial.ConvexHull(points).vertices]
+    except (scipy.spatial.QhullError, ValueError) as error:
+        raise CalibrationError(
+            "calibration.no_common_volume",
+            f"Only {len(points)} points, or points in one plane, were seen by two cameras.",
+            remedy,
+        ) from error
 
 
 def build_outcome(

@@ -14,12 +14,14 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
         BarDistance, KeptByCameras, KeptByPoints, Observations, ProbeFrames, RelocationOptions,
-        ShownBar,
+        ShownBar, TouchedBar,
     )  # fmt: skip
     from ocmm_core.calibration.relocation._frame import (
         anchors_of, jacobian_of_world, motion_to_world,
     )  # fmt: skip
-    from ocmm_core.calibration.relocation._guards import judge_focal, judge_residuals
+    from ocmm_core.calibration.relocation._guards import (
+        judge_convergence, judge_focal, judge_residuals,
+    )  # fmt: skip
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
     from ocmm_core.calibration.relocation._procedure_relocation import (
         RelocationProcedure, RelocationSetup,
@@ -28,13 +30,15 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._request import (
         GeometryMode, LensMode, RelocationRequest, World,
     )  # fmt: skip
-    from ocmm_core.calibration.relocation._steps import BAR
+    from ocmm_core.calibration.relocation._state import observations_of
+    from ocmm_core.calibration.relocation._steps import BAR, bar_ends
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "BAR", "BarDistance", "GeometryMode", "KeptByCameras", "KeptByPoints", "LensMode",
     "Observations", "ProbeFrames", "RelocationOptions", "RelocationProblem", "RelocationProcedure",
-    "RelocationRequest", "RelocationSetup", "ShownBar", "World", "anchors_of", "build",
-    "jacobian_of_world", "judge_focal", "judge_residuals", "motion_to_world", "relocate",
+    "RelocationRequest", "RelocationSetup", "ShownBar", "TouchedBar", "World", "anchors_of",
+    "bar_ends", "build", "jacobian_of_world", "judge_convergence", "judge_focal", "judge_residuals",
+    "motion_to_world", "observations_of", "relocate",
 ]  # fmt: skip

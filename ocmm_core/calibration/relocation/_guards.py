@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import scipy
 
-from ocmm_core.calibration.bundle import BundleState, Prior
+from ocmm_core.calibration.bundle import BundleState, Prior, RobustMinimum
 from ocmm_core.calibration.cameras import (
     CHI2_DEVIATION,
     FLAT_REFUSED,
@@ -33,6 +33,13 @@ BAR_SIGMAS = 5.0
 ANCHOR_SIGMAS = 5.0
 CONTRADICTION = 1e-5
 """Probability below which a shift of known quantities is not attributed to chance."""
+
+
+def judge_convergence(found: RobustMinimum, remedy: str) -> list[Finding]:
+    if found.minimum.converged:
+        return []
+    what = "The adjustment did not converge."
+    return [Finding("calibration.not_converged", what, remedy, refuses=True)]
 
 
 def judge_residuals(chi2: float, dof: int) -> list[Finding]:

@@ -42,9 +42,10 @@ class RelocationProblem:
 
 
 def build(
-    start: Rig, body: ProbeBody, observed: Observations, options: RelocationOptions
-) -> RelocationProblem:
-    """Return the bundle.
+    start: Rig, body: ProbeBody, observed: Observations, options: RelocationOptions, *,
+    alone: bool = True,
+) -> RelocationProblem:  # fmt: skip
+    """Return the bundle; without ``alone`` its frames need not determine the cameras.
 
     CalibrationError if the observations do not match the rig or probe or are too few, no length
     gives the scale, or the world frame refers to untouched seats.
@@ -86,7 +87,7 @@ def build(
         touched=np.array(touched, dtype=np.int64).reshape(-1, 3), touched_sigma=EXACT_SIGMA,
     )  # fmt: skip
     data = _in_front(data, state)
-    _check_enough(data, start, observed)
+    _check_enough(data, start, observed, alone=alone)
     state = _with_seats(data, state)
     prior = prior_of(start, body, observed, options, state)
     return RelocationProblem(data, prior, state, order)
@@ -250,17 +251,19 @@ def _check(start: Rig, body: ProbeBody, observed: Observations, options: Relocat
                 )
 
 
-def _check_enough(data: bundle.BundleData, rig: Rig, observed: Observations) -> None:
+def _check_enough(
+    data: bundle.BundleData, rig: Rig, observed: Observations, *, alone: bool
+) -> None:
     active = data.active[0]
     count = int(active.sum())
-    if count < LEAST_FRAMES:
+    if alone and count < LEAST_FRAMES:
         raise CalibrationError(
             "relocation.too_few_frames",
             f"Only {count} of {len(active)} frames show three LEDs to two cameras; at least "
             f"{LEAST_FRAMES} are needed.",
             "Wave the probe longer, with its LEDs towards the cameras.",
         )
-    for index, camera in enumerate(rig.cameras):
+    for index, camera in enumerate(rig.cameras if alone else ()):
         frames = int(np.count_nonzero(np.count_nonzero(data.weights[:, index], axis=1)))
         if frames < LEAST_FRAMES_OF_CAMERA:
             raise CalibrationError(

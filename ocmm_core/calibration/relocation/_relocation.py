@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ocmm_core.calibration import bundle
-from ocmm_core.calibration.guided import location_gains
+from ocmm_core.calibration.guided import hull_of, location_gains
 from ocmm_core.calibration.records import Finding, let_pass
 from ocmm_core.calibration.relocation import _guards as guards
 from ocmm_core.calibration.relocation._culprit import accuse_in_relocation, accuse_points, lone_bar
@@ -120,7 +119,12 @@ def relocate(
     accusation = accuse_in_relocation(problem, found, start, body, observed, options)
     accused = [accusation.finding] if accusation and accusation.finding else []
     # Refuse hopeless results here: their world frame and covariance would be meaningless.
-    findings = [*accused, *_convergence(found), *guards.judge_residuals(chi2, dof)]
+    settled = guards.judge_convergence(
+        found,
+        "Wave the probe longer, all over the volume and in all directions; if that does not help, "
+        "calibrate the cameras from known points.",
+    )
+    findings = [*accused, *settled, *guards.judge_residuals(chi2, dof)]
     let_pass(findings, force=True)
 
     free = found.minimum.state
@@ -173,7 +177,7 @@ def relocate(
         rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))), chi2=chi2, dof=dof,
         residuals_px=-residuals, used=used, wrong_spots=wrong, frames_used=np.isfinite(tips[:, 0]),
         bars=bars, seats_world=dict(zip(observed.seats, state.seats, strict=True)),
-        hull_world=_hull(targets), tips_world=tips,
+        hull_world=hull_of(targets, "Wave the probe through the whole volume."), tips_world=tips,
         volume_world=np.stack([np.nanmin(tips, axis=0), np.nanmax(tips, axis=0)]),
         warnings=let_pass(findings, force), options=options,
         thermal=None if thermal is None else (thermal[0], thermal[1][cameras]),
@@ -202,20 +206,6 @@ def _adjusted(problem: RelocationProblem) -> bundle.RobustMinimum:
         soft = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
         start = bundle.adjust_robustly(soft, problem.prior, start).minimum.state
     return bundle.adjust_robustly(data, problem.prior, start)
-
-
-def _convergence(found: bundle.RobustMinimum) -> list[Finding]:
-    if found.minimum.converged:
-        return []
-    return [
-        Finding(
-            "calibration.not_converged",
-            "The adjustment did not converge.",
-            "Wave the probe longer, all over the volume and in all directions; if that does not "
-            "help, calibrate the cameras from known points.",
-            refuses=True,
-        )
-    ]
 
 
 def _covariance(
@@ -259,14 +249,3 @@ def _targets(state: bundle.BundleState, found: bundle.RobustMinimum) -> Points3:
     """Return all LEDs of the probe seen by two cameras, (m, 3), mm, world."""
     seen: Points3 = state.leds_world[np.count_nonzero(found.used, axis=1) >= 2]
     return seen
-
-
-def _hull(targets: Points3) -> Points3:
-    try:
-        return targets[scipy.spatial.ConvexHull(targets).vertices]
-    except (scipy.spatial.QhullError, ValueError) as error:
-        raise CalibrationError(
-            "calibration.no_common_volume",
-            f"Only {len(targets)} LEDs, or LEDs in one plane, were seen by two cameras.",
-            "Wave the probe through the whole volume.",
-        ) from error

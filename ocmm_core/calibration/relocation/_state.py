@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
 
 from ocmm_core.calibration import guided
-from ocmm_core.calibration.probe_design import UNMEASURED_K
+from ocmm_core.calibration.probe_design import UNMEASURED_K, Temperature
 from ocmm_core.calibration.records import LengthBar as BarArtefact
 from ocmm_core.calibration.relocation import _data as data
 from ocmm_core.calibration.relocation import _request as request
@@ -67,6 +68,56 @@ class SeatTaken(guided.SessionEvent, frozen=True, kw_only=True):
     """Name of the control point; empty for the bar."""
     uv: guided.Spots
     sigma_px: float
+
+
+def observations_of(
+    shots: Sequence[guided.Shot], views: tuple[int, int], bar: BarArtefact | None,
+    temperature: Temperature | None,
+) -> data.Observations:  # fmt: skip
+    """Return the observations of shots: poses, the bar, and the ball in its ends and in seats.
+
+    ``views``: numbers of cameras and LEDs. Without a bar, shots of it are left out.
+    """
+    known = [] if bar is None else list(shots)
+    shown = [one for one in known if one.kind == "bar"]
+    touches = [one for one in known if one.kind == "seat" and not one.place]
+    ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(len(touches) // 2 * 2)]
+    seated = [one for one in shots if one.kind == "seat" and one.place]
+    names = (*ends, *(one.place for one in seated))
+    poses = [one for one in shots if one.kind == "pose"]
+    frames = [*poses, *touches[: len(ends)], *seated]
+    seats = np.full(len(frames), -1, dtype=np.int64)
+    seats[len(poses) :] = np.arange(len(names))
+    of_probe = data.ProbeFrames(
+        np.array([one.uv for one in frames]).reshape(-1, *views, 2),
+        np.array([one.sigma_px for one in frames], dtype=np.float64), seats,
+    )  # fmt: skip
+    shown_bars: tuple[data.ShownBar, ...] = ()
+    touched: tuple[data.TouchedBar, ...] = ()
+    if bar is not None and shown:
+        uv, sigmas = (
+            np.array(part) for part in zip(*((s.uv, s.sigma_px) for s in shown), strict=True)
+        )
+        shown_bars = (data.ShownBar(_distance(bar, bar.leds, temperature), uv, sigmas),)
+    if bar is not None and ends:
+        pairs = tuple(zip(ends[::2], ends[1::2], strict=True))
+        touched = (data.TouchedBar(_distance(bar, bar.nests, temperature), pairs),)
+    return data.Observations(of_probe, shown_bars, touched, names)
+
+
+def _shot(
+    kind: guided.ShotKind, event: PoseTaken | BarTaken | SeatTaken, place: str = ""
+) -> guided.Shot:
+    return guided.Shot(kind, place, guided.from_spots(event.uv), event.sigma_px)
+
+
+def _distance(
+    bar: BarArtefact, places: tuple[float, ...], temperature: Temperature | None
+) -> data.BarDistance:
+    length = places[-1] - places[0]
+    certified, expanded = bar.artefact.at(length, temperature)
+    per_k = length * bar.artefact.expansion
+    return data.BarDistance(bar.artefact.use.name, certified, 0.5 * expanded, per_k)
 
 
 RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | guided.SeatVisited
@@ -196,32 +247,15 @@ class RelocationState:
         )
 
     def observations(self) -> data.Observations:
-        begun = self.begun
-        ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
-        touches = [] if self.shown else self.bar_ends[: len(ends)]
-        names = ([] if self.shown else ends) + [one.seat for one in self.seats]
-        shots: list[PoseTaken | SeatTaken] = [*self.poses, *touches, *self.seats]
-        seats = np.full(len(shots), -1, dtype=np.int64)
-        seats[len(self.poses) :] = np.arange(len(names))
-        frames = data.ProbeFrames(
-            np.array([guided.from_spots(one.uv) for one in shots]).reshape(
-                -1, len(self.rig.cameras), self.body.n_leds, 2
-            ),
-            np.array([one.sigma_px for one in shots]),
-            seats,
-        )
-        places = begun.bar.leds if self.shown else (begun.bar.nests[0], begun.bar.nests[-1])
-        certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature)
-        per_k = (places[1] - places[0]) * begun.bar.artefact.expansion
-        bar = data.BarDistance(begun.bar.artefact.use.name, certified, 0.5 * expanded, per_k)
-        shown: tuple[data.ShownBar, ...] = ()
-        if self.bars:
-            uv = np.array([guided.from_spots(one.uv) for one in self.bars])
-            shown = (data.ShownBar(bar, uv, np.array([one.sigma_px for one in self.bars])),)
-        touched: tuple[data.TouchedBar, ...] = ()
-        if touches:
-            touched = (data.TouchedBar(bar, tuple(zip(ends[::2], ends[1::2], strict=True))),)
-        return data.Observations(frames, shown, touched, tuple(names))
+        ends = [] if self.shown else self.bar_ends[: 2 * self.placements]
+        shots = [
+            *(_shot("pose", one) for one in self.poses),
+            *(_shot("bar", one) for one in self.bars),
+            *(_shot("seat", one) for one in ends),
+            *(_shot("seat", one, one.seat) for one in self.seats),
+        ]
+        begun, views = self.begun, (len(self.rig.cameras), self.body.n_leds)
+        return observations_of(shots, views, begun.bar, begun.temperature)
 
     def options(self) -> data.RelocationOptions:
         begun = self.begun

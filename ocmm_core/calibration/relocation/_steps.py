@@ -170,15 +170,6 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
 
 def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> guided.Findings:
     """Return a relocation in displayed and recorded form."""
-    uv = observed.frames.uv
-    residuals = []
-    for c, camera in enumerate(found.cameras):
-        seen = np.isfinite(found.residuals_px[:, c]).all(axis=-1)
-        residuals.append(
-            guided.CameraResiduals(
-                camera.name, uv[:, c][seen], found.residuals_px[:, c][seen], found.used[:, c][seen]
-            )
-        )
     after = found.applied_to(rig, rig.identity)
     at, errors = _misfits(after, observed, found)
     return guided.Findings(
@@ -186,7 +177,9 @@ def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> gu
         covariance=found.covariance,
         volume_world=found.volume_world,
         hull_world=found.hull_world,
-        residuals=tuple(residuals),
+        residuals=guided.residuals_of(
+            found.cameras, observed.frames.uv, found.residuals_px, found.used
+        ),
         rms_px=found.rms_px,
         chi2_per_dof=found.chi2 / found.dof,
         points=int(np.count_nonzero(found.frames_used)),
