@@ -181,7 +181,7 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     def follow() -> None:
         nonlocal shown
         button.setEnabled(action.isEnabled())
-        now = _first_key(action), str(action.property(SHORT) or action.text())
+        now = key_words(action.shortcut()), str(action.property(SHORT) or action.text())
         if now != shown:
             shown = now
             button.setText(f"{now[1]}  [{now[0]}]")
@@ -203,7 +203,3 @@ def large_button(text: str, name: str, key: str = "") -> QPushButton:
     if key:
         button.setShortcut(key)
     return button
-
-
-def _first_key(action: QAction) -> str:
-    return key_words(action.shortcut())
