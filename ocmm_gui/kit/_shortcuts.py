@@ -108,6 +108,11 @@ def is_never_typed(event: QKeyEvent) -> bool:
     )
 
 
+ARROWS = {
+    Qt.Key.Key_Left: (-1.0, 0.0), Qt.Key.Key_Right: (1.0, 0.0),
+    Qt.Key.Key_Up: (0.0, 1.0), Qt.Key.Key_Down: (0.0, -1.0),
+}  # fmt: skip
+"""Directions of the arrow keys: right and up."""
 F_KEYS = range(Qt.Key.Key_F1.value, Qt.Key.Key_F12.value + 1)
 
 

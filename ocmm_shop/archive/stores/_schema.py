@@ -13,7 +13,7 @@ import sqlite3
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
-from ocmm_core.documents import resource
+from ocmm_core.documents import sql_statements
 
 _OWN = "(SELECT count(*) FROM station_key k WHERE k.station = {0}.station AND k.key = {0}.key)"
 _PARTS = {
@@ -76,15 +76,7 @@ POSTGRESQL = Dialect(
 )
 
 
-@functools.cache
-def _statements(name: str) -> tuple[str, ...]:
-    """Return the statements of a file, without the comment before them."""
-    lines = resource("archive", f"{name}.sql").read_text("utf-8").splitlines()
-    text = "\n".join(line for line in lines if not line.startswith("--"))
-    return tuple(text.removesuffix(";").split(";\n"))
-
-
-_VIEWS = _statements("views")
+_VIEWS = sql_statements("archive", "views")
 VIEW_NAMES = tuple(statement.split()[2] for statement in _VIEWS)
 _VIEWS_BEFORE = tuple(f"DROP VIEW IF EXISTS {name}" for name in reversed(VIEW_NAMES))
 """The last step makes all views; earlier steps no longer do."""
@@ -94,10 +86,10 @@ VERSION = 4
 
 def statements(step: int, dialect: Dialect) -> tuple[str, ...]:
     """Return the statements that bring an archive from ``step`` to the next version."""
-    own = _statements(str(step + 1))
+    own = sql_statements("archive", str(step + 1))
     if step == 2:
         store = "3_sqlite" if dialect is SQLITE else "3_postgresql"
-        own = (*_VIEWS_BEFORE, *_statements(store), *own)
+        own = (*_VIEWS_BEFORE, *sql_statements("archive", store), *own)
     elif step == 3:
         own = (*_VIEWS_BEFORE, *own, *_VIEWS)
     words = asdict(dialect) | _PARTS

@@ -181,7 +181,7 @@ def test_the_index_of_ends_reads_what_changed(
         for number in range(30):
             remember(KnownEnd(name=f"job {number}", count=1, link="a", utc="2026-11-27T00:00:00Z"))
         first = known_ends()
-        assert (len(first), len(read)) == (30, 31)  # the clock is no end
+        assert (len(first), len(read)) == (30, 31)  # with the clock
         read.clear()
         assert known_ends() == first
         assert read == []
