@@ -209,7 +209,7 @@ class Reader:
             and isinstance(parent, ast.Call)
             and (
                 _name_of(parent) in ("tr", "tr_later")
-                or ast.unparse(parent.func).endswith("console.show")
+                or ast.unparse(parent.func).endswith(("console.show", "console.show_line"))
             )
         )
 

@@ -76,7 +76,7 @@ ocmm_core.features.zones._distance_kernel
 ocmm_core.features.zones._kernel
     narrowest_zone f1 f2 f1 b f f1 i1 f1
 ocmm_core.calibration.monitor._residual_samples
-    moments_of f4 b2 f3 f2 f2 f2 f4 f4
+    spot_moments f4 b2 f3 f2 f2 f2 f4 f4
 ocmm_core.measuring._pattern_field
     blocks i2 f3 f4
     bumps_of i2 f3

@@ -248,7 +248,11 @@ class ChainFile(Generic[T]):
                 # Two that read the same end would each write a line there.
                 _lock(self.path, descriptor)
                 if os.fstat(descriptor).st_size not in (self._size, self._length):
-                    raise _elsewhere(self.path)
+                    raise StorageError(
+                        "chain.elsewhere",
+                        f"{self.path}: another program has written to this file meanwhile.",
+                        "Close the other one, then open this again.",
+                    )
                 # Remove the remains of a failed or torn append.
                 os.ftruncate(descriptor, self._length)
                 if HOST.write_at(descriptor, content, self._length) != len(content):
@@ -334,14 +338,6 @@ def _forged(path: Path, number: int) -> StorageError:
         "chain.forged",
         f"{path}: the signature of line {number} does not belong to it, or was removed.",
         "Restore the file from a backup; it is not used in this state.",
-    )
-
-
-def _elsewhere(path: Path) -> StorageError:
-    return StorageError(
-        "chain.elsewhere",
-        f"{path}: another program has written to this file meanwhile.",
-        "Close the other one, then open this again.",
     )
 
 

@@ -314,6 +314,14 @@ def resource(*parts: str) -> Path:
 
 
 @cache
+def sql_statements(folder: str, name: str) -> tuple[str, ...]:
+    """Return the statements of a shipped file, without comments and the semicolons at line ends."""
+    lines = resource(folder, f"{name}.sql").read_text("utf-8").splitlines()
+    text = "\n".join(line for line in lines if not line.startswith("--"))
+    return tuple(text.removesuffix(";").split(";\n"))
+
+
+@cache
 def _resources() -> Path:
     """Return the ``resources`` folder: inside the package in a wheel, next to it in a checkout.
 

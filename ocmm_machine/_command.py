@@ -73,28 +73,28 @@ def write(
 
     console, opened = make_console(soft_wrap=True), machine.open()
     corrected = MeasuredJobs(None if opened.practice else archive_place(), console)
-    if opened.is_last(read_summary(job).head.job_uuid):
-        corrected.start(job)
+    found = None
+    if not opened.is_last(read_summary(job).head.job_uuid):
+        found = opened.preview(job, recut=recut, probes=probes, calibrations=calibrations)
+        _show(console, found)
+        if not found.changed:
+            raise typer.Exit(1)
+        if not confirm and console.is_terminal:
+            console.show("Write this correction? [y/n] ", end="", highlight=True)
+            confirm = found.code if is_yes(console.input()) else ""
+        if not confirm:
+            raise MeasuringError(
+                "correction.confirm",
+                "No person has confirmed this correction.",
+                "Look at the preview, then give --confirm with its code.",
+            )
+    corrected.start(job)
+    if found is None:
         _print_line(console, opened.write_again(dialect, out, job), out)
         console.show("This correction was recorded before: the same values were written.")
-        corrected.hand_over()
-        return
-    found = opened.preview(job, recut=recut, probes=probes, calibrations=calibrations)
-    _show(console, found)
-    if not found.changed:
-        raise typer.Exit(1)
-    if not confirm and console.is_terminal:
-        console.show("Write this correction? [y/n] ", end="", highlight=True)
-        confirm = found.code if is_yes(console.input()) else ""
-    if not confirm:
-        raise MeasuringError(
-            "correction.confirm",
-            "No person has confirmed this correction.",
-            "Look at the preview, then give --confirm with its code.",
-        )
-    corrected.start(job)
-    line = opened.write(job, found, confirm, who, dialect, out, datetime.now(UTC))
-    _print_line(console, line, out)
+    else:
+        line = opened.write(job, found, confirm, who, dialect, out, datetime.now(UTC))
+        _print_line(console, line, out)
     corrected.hand_over()
 
 

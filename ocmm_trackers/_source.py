@@ -141,7 +141,6 @@ class TrackerSource:
         return Cycle(CycleVerdict.LATE, self._interrupted)
 
     def close(self) -> None:
-        """End the connection; idempotent."""
         if self._link is not None:
             self._link.close()
 

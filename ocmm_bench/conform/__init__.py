@@ -7,7 +7,7 @@ Start with `_run` (order of the rules), `_findings` (results, report, its text a
 `_bench` is the camera on its line, and a rule, with `_mail_line` (line, exchanges, mailboxes);
 `_sdo_talk` can send malformed requests. Rules: `_rules_startup`, `_rules_objects`,
 `_rules_process_data`, `_rules_errors` (also of the mailboxes), `_rules_services`.
-`_object_page` with `_page_of_the_wire` writes docs/integrator/camera_objects.md and the ESI file.
+`_object_page` writes docs/integrator/camera_objects.md and the ESI file.
 `_run` is also the process with the rights of a bus process, `_command` is `ocmm camera conform`.
 The rules must not import bring-up, supervision or the software camera.
 """

@@ -60,7 +60,7 @@ def conform_camera(
             complaint or f"The test ended without a report (code {code}).",
             "Check cable and power of the camera, then repeat the test.",
         )
-    console.print(conformance_text(report), soft_wrap=True)
+    console.print_line(conformance_text(report))
     if json is not None:
         write_bytes(json, report.to_json())
     if page is not None:

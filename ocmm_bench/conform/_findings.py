@@ -11,6 +11,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
+from ocmm_core.documents import resource
 from ocmm_core.errors import BusError
 
 _BINS = 24
@@ -192,22 +193,6 @@ _NOT_SHOWN = (
     "that arrive broken, loss of power in the middle of writing, temperature, EMC, and the "
     "conformance test of the EtherCAT Technology Group."
 )
-_STYLE = """
-body { font: 14px/1.4 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #111; }
-h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.6em; }
-table { border-collapse: collapse; width: 100%; }
-td, th { text-align: left; padding: .25em .6em; border-bottom: 1px solid #ccc;
-  vertical-align: top; }
-td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
-.mark { font-weight: bold; white-space: nowrap; }
-.PASSED, .GREEN { color: #14632a; } .FAILED, .RED { color: #a11414; }
-.NOT, .INCOMPLETE { color: #7a5200; }
-ul { margin: .2em 0 0 1.1em; padding: 0; }
-svg { display: block; width: 100%; height: 3.2em; } rect { fill: #3b6ea5; }
-@media print { body { margin: 0; max-width: none; } tr { break-inside: avoid; } }
-"""
-
-
 _HEAD = "<tr><th>Verdict</th><th>Rule</th><th>What must hold</th><th class=n>Checked</th></tr>"
 
 
@@ -236,6 +221,7 @@ def conformance_text(report: ConformanceReport) -> str:
 def conformance_page(report: ConformanceReport) -> str:
     """Return the report as one self-contained HTML page."""
     title = f"Conformance: camera {report.serial}"
+    style = resource("ethercat", "conformance.css").read_text("utf-8")
     rows = []
     for section, results in groupby(report.results, key=lambda each: each.section):
         rows.append(f"<h2>{escape(section)}</h2><table>{_HEAD}")
@@ -247,7 +233,7 @@ def conformance_page(report: ConformanceReport) -> str:
             "<!DOCTYPE html>",
             f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>',
             '<meta name="viewport" content="width=device-width">',
-            f"<style>{_STYLE}</style></head><body>",
+            f"<style>{style}</style></head><body>",
             f'<h1>{escape(title)}: <span class="{outcome}">{outcome}</span></h1>',
             f"<p>{escape(_WORDS[report.outcome])}</p><p>{escape(_who(report))}</p>",
             *rows,

@@ -95,7 +95,6 @@ class WireLine:
         return answers
 
     def now_ns(self) -> int:
-        """Return the time of this computer since its start, ns."""
         return time.monotonic_ns()
 
     def sleep(self, seconds: float) -> None:

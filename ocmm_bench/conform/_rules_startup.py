@@ -9,6 +9,7 @@ from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._mail_line import BOOT, ERROR, INIT, MS, NAMES, OP, PREOP, SAFEOP, Status
 from ocmm_bench.conform._sdo_talk import COE, mailbox
 from ocmm_core.fieldbus import device
+from ocmm_core.fieldbus.objects import check_sum
 from ocmm_core.fieldbus.wire import read_words, write_word
 from ocmm_sim import slave
 
@@ -161,16 +162,6 @@ def alias(bench: Bench, see: RuleFindings) -> None:
         stored = read_words(bench.exchange_one, bench.place, 0, _HEAD_WORDS)
         see.equal("The EEPROM after a new alias", stored[:14], content)
         see.equal("Its check sum", stored[14], check_sum(content))
-
-
-def check_sum(content: bytes) -> int:
-    """Return the CRC-8 of the first 14 bytes of an EEPROM (ETG.2010, table 2)."""
-    crc = 0xFF
-    for byte in content:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1 ^ 0x07 if crc & 0x80 else crc << 1) & 0xFF
-    return crc
 
 
 def _mapping(see: RuleFindings, pdo: device.Pdo, content: bytes, texts: list[str]) -> None:

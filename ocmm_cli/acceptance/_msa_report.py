@@ -74,7 +74,7 @@ def print_linearity(console: PlainConsole, found: LinearityReport) -> None:
     )
     print_grid(console, columns, rows)
     for row in text_chart(found):
-        console.print(row, soft_wrap=True)
+        console.print_line(row)
     console.show(
         f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
         f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm"

@@ -163,15 +163,15 @@ class _Source:
         """Record the required points; CalibrationError if the source ends before."""
         session, site = self._procedure.session, self._site
         if (
-            session.current >= 0
+            session.view.current >= 0
             and composition.origin_of(site.source) is composition.Origin.VIRTUAL
         ):
             self._show()
-        elif session.current >= 0:
+        elif session.view.current >= 0:
             if self._feed is None:
                 self._start(_recorded(site, self._setup.force))
             self._receive()
-        if session.current >= 0:
+        if session.view.current >= 0:
             view = self._procedure.base
             instruction, hint = view.step.instruction, view.live.hint
             raise CalibrationError(
@@ -187,7 +187,7 @@ class _Source:
         session, site = self._procedure.session, self._site
         virtual = VirtualSite(site.rig, site.probe_document, site.seed, None)
         taken = -1
-        while session.current >= 0 and sum(session.view.done) > taken:
+        while session.view.current >= 0 and sum(session.view.done) > taken:
             taken = sum(session.view.done)
             feed, frames = acceptance_feed(
                 virtual, site.source, session.view, session.stage, self._setup.speed

@@ -215,7 +215,7 @@ def read(
         return
     console = make_console()
     console.show(f"{index:04x}:{sub:02x}  {len(value)} bytes")
-    console.print(value.hex(" ", 1) or tr("(empty)"), soft_wrap=True)
+    console.print_line(value.hex(" ", 1) or tr("(empty)"))
     if 1 <= len(value) <= 8:
         console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}")
     if value and value.isascii() and value.decode("ascii").isprintable():

@@ -267,8 +267,7 @@ def _print_black(console: PlainConsole, state: BlackImageState) -> None:
             f"No black image is in use{'; one is stored' if words else ''}.", highlight=True
         )
         return
-    console.show(
+    console.show_line(
         f"Black image {tr(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
-        f"SHA-256 {state.sha256}",
-        soft_wrap=True,
+        f"SHA-256 {state.sha256}"
     )

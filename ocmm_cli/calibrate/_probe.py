@@ -196,18 +196,18 @@ def probe_status(*, probe: Path, probes: Path | None) -> None:
 
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
-    console.show(f"Probe    {load_probe(probe).name}, by {probe}", soft_wrap=True)
-    _print(console, f"{lead('Folder   ')}{store.folder}")
+    console.show_line(f"Probe    {load_probe(probe).name}, by {probe}")
+    console.print_line(f"{lead('Folder   ')}{store.folder}")
     if found.fault:
-        _print(console, f"{lead('Records  ')}{tr('cannot be used.')} {tr(found.fault)}")
+        console.print_line(f"{lead('Records  ')}{tr('cannot be used.')} {tr(found.fault)}")
         raise typer.Exit(1)
     if not found.tips:
-        console.show(f"Tips     none: probe never calibrated ({store.folder}).", soft_wrap=True)
+        console.show_line(f"Tips     none: probe never calibrated ({store.folder}).")
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
         if state.status.state is not State.UNUSABLE:
-            _print(console, f"{lead('Evidence ')}{evidence_words(store, state.tip)}")
+            console.print_line(f"{lead('Evidence ')}{evidence_words(store, state.tip)}")
     mounted = found.tips[0]
     raise typer.Exit(0 if mounted.mounted and mounted.status.state.usable else 1)
 
@@ -235,7 +235,7 @@ def mount_tip(tip: str, *, probe: Path, probes: Path | None, who: str) -> None:
     store.mount(tip, who, datetime.now(UTC))
     status = store.status(tip, datetime.now(UTC))
     mounted = tr(f"Tip '{tip}' is mounted.")
-    _print(make_console(), f"{mounted} {tr(status.reason)} {tr(status.remedy)}".rstrip())
+    make_console().print_line(f"{mounted} {tr(status.reason)} {tr(status.remedy)}".rstrip())
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
@@ -251,36 +251,28 @@ def _print_tip(console: PlainConsole, state: TipState) -> None:
 
     record, qualified, status = state.calibration, state.qualification, state.status
     on = tr("mounted") if state.mounted else tr("not mounted")
-    console.show(f"Tip      {state.tip} ({on})", soft_wrap=True)
-    _print(console, f"{lead('State    ')}{tr_word(status.state.value)}")
+    console.show_line(f"Tip      {state.tip} ({on})")
+    console.print_line(f"{lead('State    ')}{tr_word(status.state.value)}")
     if status.reason:
-        _print(console, f"         {tr(status.reason)} {tr(status.remedy)}")
+        console.print_line(f"         {tr(status.reason)} {tr(status.remedy)}")
     if status.since_utc:
-        console.show(
-            f"         Points since {status.since_utc[:19]} UTC are suspect.", soft_wrap=True
-        )
-    console.show(
+        console.show_line(f"         Points since {status.since_utc[:19]} UTC are suspect.")
+    console.show_line(
         f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
         f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
-        f"{record.valid_until_utc[:10]}",
-        soft_wrap=True,
+        f"{record.valid_until_utc[:10]}"
     )
     if qualified is not None:
-        console.show(
+        console.show_line(
             f"Ball     {qualified.diameter_mm:.4f} mm, U = {2e3 * qualified.diameter_sigma_mm:.1f} "
             f"um (k = 2), form {1e3 * qualified.form_mm:.1f} um\n         qualified "
             f"{qualified.made_utc[:19]} UTC by {qualified.made_by}"
-            f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}",
-            soft_wrap=True,
+            f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}"
         )
     if state.check is not None:
         verdict = "passed" if state.check.passed else "FAILED"
-        console.show(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}", soft_wrap=True)
+        console.show_line(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}")
 
 
 def _warmth(celsius: float | None) -> str:
     return "" if celsius is None else " " + tr(f"at {celsius:.1f} C")
-
-
-def _print(console: PlainConsole, text: str) -> None:
-    console.print(text, soft_wrap=True)

@@ -39,21 +39,19 @@ def print_calibration(console: PlainConsole, outcome: CalibrationOutcome) -> Non
         ))  # fmt: skip
     columns = heads("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out")
     print_grid(console, columns, rows, f"{record.rig}: {record.method}")
-    console.show(
+    console.show_line(
         f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per "
-        f"degree of freedom, {record.points} points or poses.",
-        soft_wrap=True,
+        f"degree of freedom, {record.points} points or poses."
     )
     if record.outliers:
         shown = ", ".join(record.outliers[:5])
         more = tr(f" and {len(record.outliers) - 5:d} more") if len(record.outliers) > 5 else ""
-        console.show(f"Left out: {shown}{more}.", soft_wrap=True)
+        console.show_line(f"Left out: {shown}{more}.")
     if len(outcome.errors_world):
         x, y, z = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
-        console.show(
+        console.show_line(
             f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, {z:.1f} "
-            "um RMS per axis.",
-            soft_wrap=True,
+            "um RMS per axis."
         )
     for warning in outcome.warnings:
         console.print(error_text(warning), style="yellow")
@@ -74,23 +72,19 @@ def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> N
     columns = heads("Check", "Certified", "Measured", "E um", "U um", "Limit um")
     print_grid(console, (*columns, ""), rows, tr_word("Verification"))
     if outcome.failed:
-        console.show(
-            f"Failed   {len(outcome.failed)} of {len(record.checks)} checks", soft_wrap=True
-        )
+        console.show_line(f"Failed   {len(outcome.failed)} of {len(record.checks)} checks")
     for old in record.superseded:
-        console.show(
+        console.show_line(
             f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
-            f"{1e3 * old.limit_mm:.1f} um; repeated.",
-            soft_wrap=True,
+            f"{1e3 * old.limit_mm:.1f} um; repeated."
         )
     worst = record.checks[outcome.largest]
     where = tr("Farthest beyond") if outcome.failed else tr("Nearest to")
-    console.show(
+    console.show_line(
         f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
-        f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
-        soft_wrap=True,
+        f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um."
     )
-    _print(console, f"{tr_word('Rule')}: {tr(record.rule)}.")
+    console.print_line(f"{tr_word('Rule')}: {tr(record.rule)}.")
     _print_session(console, record)
     for warning in outcome.warnings:
         console.print(error_text(warning), style="yellow")
@@ -101,22 +95,21 @@ def print_verification(console: PlainConsole, outcome: VerificationOutcome) -> N
 
 def _print_session(console: PlainConsole, record: VerificationRecord) -> None:
     reached = sum(one.reached for one in record.corners)
-    console.show(f"Corners  {reached} of {len(record.corners)} reached", soft_wrap=True)
+    console.show_line(f"Corners  {reached} of {len(record.corners)} reached")
     for corner in record.corners:
         if not corner.reached:
             why = corner.reason or tr("no reason given")
-            _print(console, f"         {corner.name}: {tr('not reached')}, {why}")
+            console.print_line(f"         {corner.name}: {tr('not reached')}, {why}")
     for seat in record.repeats:
         shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
-        console.show(
+        console.show_line(
             f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square "
-            f"{seat.square:.1f}, limit {seat.limit:.1f}",
-            soft_wrap=True,
+            f"{seat.square:.1f}, limit {seat.limit:.1f}"
         )
     for note in record.notes:
-        _print(console, f"{lead('Note     ')}{tr(note)}")
+        console.print_line(f"{lead('Note     ')}{tr(note)}")
     if record.arose is not None:
-        _print(console, f"{lead('Since    ')}{tr(record.arose.sentence)}")
+        console.print_line(f"{lead('Since    ')}{tr(record.arose.sentence)}")
     for one in record.objections:
         console.print(error_text(one), style="bold red")
 
@@ -126,26 +119,23 @@ def print_status(console: PlainConsole, document: Path, folder: Path, now: datet
     in_use = open_calibration(document, folder)
     design = load_rig(document)
     cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)
-    _print(console, f"{lead('Rig      ')}{design.name}: {cameras}")
-    _print(console, f"{lead('         by ')}{document}")
-    _print(console, f"{lead('Folder   ')}{store_folder(folder, design.name)}")
+    console.print_line(f"{lead('Rig      ')}{design.name}: {cameras}")
+    console.print_line(f"{lead('         by ')}{document}")
+    console.print_line(f"{lead('Folder   ')}{store_folder(folder, design.name)}")
     view = judge(in_use, now)
-    _print(console, f"{lead('State    ')}{tr_word(view.word.value)}")
+    console.print_line(f"{lead('State    ')}{tr_word(view.word.value)}")
     for sentence in (*([str(view.blocker)] if view.blocker else []), *view.warnings):
-        _print(console, f"         {tr(sentence)}")
+        console.print_line(f"         {tr(sentence)}")
     if view.since_utc:
-        console.show(
-            f"         Points since {view.since_utc[:19]} UTC are suspect.", soft_wrap=True
-        )
+        console.show_line(f"         Points since {view.since_utc[:19]} UTC are suspect.")
     record, store = view.record, in_use.store
     if record is not None and store is not None:
-        console.show(
+        console.show_line(
             f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} "
-            f"UTC by {record.made_by}, valid until {record.valid_until_utc[:10]}",
-            soft_wrap=True,
+            f"UTC by {record.made_by}, valid until {record.valid_until_utc[:10]}"
         )
         if view.word is not CalibrationStatus.UNUSABLE:
-            _print(console, f"{lead('Evidence ')}{evidence_words(store)}")
+            console.print_line(f"{lead('Evidence ')}{evidence_words(store)}")
     return view.blocker is None
 
 
@@ -175,25 +165,18 @@ def print_history(console: PlainConsole, store: CalibrationStore) -> None:
 
 
 def _print_comparison(console: PlainConsole, found: CalibrationComparison) -> None:
-    console.show(
+    console.show_line(
         f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
-        f"rotated by {np.degrees(found.turned_rad):.3f} degrees.",
-        soft_wrap=True,
+        f"rotated by {np.degrees(found.turned_rad):.3f} degrees."
     )
     for camera in found.cameras:
-        console.show(
+        console.show_line(
             f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
-            f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um.",
-            soft_wrap=True,
+            f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um."
         )
     largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
-    console.show(
+    console.show_line(
         f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
         f"U of a length (k = 2): {2e3 * found.length_sigma_after_mm:.1f} um "
-        f"(before: {2e3 * found.length_sigma_before_mm:.1f} um).",
-        soft_wrap=True,
+        f"(before: {2e3 * found.length_sigma_before_mm:.1f} um)."
     )
-
-
-def _print(console: PlainConsole, text: str) -> None:
-    console.print(text, soft_wrap=True)

@@ -31,24 +31,21 @@ from ocmm_core.geometry import Float
 
 def print_sphere(console: PlainConsole, view: TouchView) -> None:
     sphere = view.sphere
-    console.show(
+    console.show_line(
         f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
-        f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)",
-        soft_wrap=True,
+        f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)"
     )
     touched = len(sphere.places) - len(sphere.missing)
     known = tr("compared with the qualified one") if isinstance(view, TipCheckView) else tr("known")
-    console.show(
+    console.show_line(
         f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
-        f"diameter {known}, U = {2e3 * sphere.diameter_sigma_mm:.1f} um (k = 2)",
-        soft_wrap=True,
+        f"diameter {known}, U = {2e3 * sphere.diameter_sigma_mm:.1f} um (k = 2)"
     )
     for index in sphere.missing:
-        console.print(f"         {tr('not touched:')} {sphere.places[index].name}", soft_wrap=True)
+        console.print_line(f"         {tr('not touched:')} {sphere.places[index].name}")
     for point in sphere.doubtful:
-        console.show(
-            f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um",
-            soft_wrap=True,
+        console.show_line(
+            f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um"
         )
 
 
@@ -68,28 +65,25 @@ def print_cone(console: PlainConsole, view: TouchView) -> None:
     columns = heads("Probe", "dX um", "dY um", "dZ um", "Distance um")
     print_grid(console, columns, rows, tr_word("Ball in the cone"))
     x, y, z = 1e3 * cone.half_range_mm
-    console.show(
+    console.show_line(
         f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest {1e3 * cone.largest_mm:.1f} "
-        f"um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, {z:.1f} um",
-        soft_wrap=True,
+        f"um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, {z:.1f} um"
     )
 
 
 def print_qualification(console: PlainConsole, outcome: TipOutcome) -> None:
     record = outcome.record
     _print_checks(console, "Qualification", record.checks)
-    console.show(
+    console.show_line(
         f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um (k = "
         f"2); form {1e3 * record.form_mm:.1f} um, one point {1e3 * record.point_sigma_mm:.1f} um "
-        "(standard deviation)",
-        soft_wrap=True,
+        "(standard deviation)"
     )
     if outcome.previous is not None:
         change = record.diameter_mm - outcome.previous.diameter_mm
-        console.show(
+        console.show_line(
             f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
-            f"{outcome.previous.made_by}",
-            soft_wrap=True,
+            f"{outcome.previous.made_by}"
         )
     print_term(console, record.valid_until_utc)
     for warning in outcome.warnings:
@@ -111,7 +105,7 @@ def print_check(console: PlainConsole, outcome: TipCheckOutcome) -> None:
 def print_term(console: PlainConsole, until_utc: str) -> None:
     """Print the last day of validity, in local time."""
     day = datetime.fromisoformat(until_utc).astimezone().date()
-    console.show(f"Valid    until {day}", soft_wrap=True)
+    console.show_line(f"Valid    until {day}")
 
 
 def _print_checks(console: PlainConsole, title: str, checks: Sequence[Check]) -> None:

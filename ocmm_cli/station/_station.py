@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ocmm_cli.terminal import make_console, print_grid, progress_line, shown, tr, tr_word
+from ocmm_cli.terminal import agrees, make_console, print_grid, progress_line, shown, tr, tr_word
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
@@ -84,16 +84,9 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
         )
     console.show("This would be changed:")
     print_changes(changes, console)
-    if not yes:
-        if not sys.stdin.isatty():
-            raise InputError(
-                "doctor.nobody_to_ask",
-                "Nobody can be asked here; nothing was changed.",
-                "Add --yes, or run it in a terminal.",
-            )
-        if not typer.confirm(tr("Change it?"), err=True):
-            console.show("Nothing was changed.")
-            return
+    if not yes and not agrees(tr("Change it?")):
+        console.show("Nothing was changed.")
+        return
     print_mended(mend(computer, changes), tr("changed"), console)
     console.show(
         "Values of kernel and adapter hold until the next start. "

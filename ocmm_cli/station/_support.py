@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, progress_line, tr
+from ocmm_cli.terminal import agrees, lead, make_console, progress_line, tr
 from ocmm_core.build import build_version
-from ocmm_core.errors import InputError
 
 support_app = typer.Typer(no_args_is_help=True, help="Help from support: what to send along.")
 
@@ -49,15 +47,8 @@ def bundle(
     console.print(draft.contents(left_out, tr))
     if list_only:
         return
-    if not yes:
-        if not sys.stdin.isatty():
-            raise InputError(
-                "support.nobody_to_ask",
-                "Nobody can be asked here; nothing was written.",
-                "Add --yes, or run it in a terminal.",
-            )
-        if not typer.confirm(tr(f"Write {file}?"), err=True):
-            console.show("Nothing was written.")
-            return
+    if not yes and not agrees(tr(f"Write {file}?")):
+        console.show("Nothing was written.")
+        return
     size = write_bundle(draft, file, left_out)
     make_console(soft_wrap=True).print(tr(f"{file}: {size} bytes. Nothing was sent."))

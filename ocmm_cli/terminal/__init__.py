@@ -10,7 +10,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
-        DeferredInterrupt, PlainConsole, error_text, heads, language, lead, make_console,
+        DeferredInterrupt, PlainConsole, agrees, error_text, heads, language, lead, make_console,
         print_grid, print_notes, print_table_account, progress_line, shown, tr, tr_later, tr_word,
     )  # fmt: skip
     from ocmm_cli.terminal._svg import (
@@ -20,8 +20,8 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "DeferredInterrupt", "PlainConsole", "bending", "error_text", "heads", "histogram", "label",
-    "language", "lead", "make_console", "nice_limit", "page", "points_in_space", "print_grid",
-    "print_notes", "print_table_account", "progress_line", "shown", "tip_map", "tr", "tr_later",
-    "tr_word",
+    "DeferredInterrupt", "PlainConsole", "agrees", "bending", "error_text", "heads", "histogram",
+    "label", "language", "lead", "make_console", "nice_limit", "page", "points_in_space",
+    "print_grid", "print_notes", "print_table_account", "progress_line", "shown", "tip_map", "tr",
+    "tr_later", "tr_word",
 ]  # fmt: skip

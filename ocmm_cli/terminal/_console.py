@@ -10,19 +10,21 @@ import functools
 import os
 import re
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol
 
+import typer
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.wording import Translation, language_of, load_translation
 
 if TYPE_CHECKING:
@@ -130,6 +132,14 @@ class PlainConsole(Console):
         """Print a translated sentence."""
         self.print(tr(text), **options)
 
+    def print_line(self, text: str) -> None:
+        """Print a text as one line, which only the terminal breaks."""
+        self.print(text, soft_wrap=True)
+
+    def show_line(self, text: str) -> None:
+        """Print a translated sentence as `print_line`."""
+        self.print_line(tr(text))
+
 
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> PlainConsole:
     """Return the console; ``soft_wrap`` keeps long lines, as pipes and files do."""
@@ -144,6 +154,16 @@ def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
     console = make_console(soft_wrap=True, stderr=stderr)
     for note in notes:
         console.print(error_text(note), style="yellow")
+
+
+def agrees(question: str) -> bool:
+    """Ask at the terminal whether to go on; InputError if there is none."""
+    if not sys.stdin.isatty():
+        raise InputError(
+            "terminal.nobody_to_ask", "Nobody can be asked here; nothing was changed.",
+            "Add --yes, or run it in a terminal.",
+        )  # fmt: skip
+    return typer.confirm(question, err=True)
 
 
 @contextmanager

@@ -60,15 +60,7 @@ def artefact_findings(
     """Return objections to a needed artefact; parameters as in `begin_findings`."""
     if artefact.role not in kind_of(stage).roles:
         return []
-    known = Artefact(
-        use=artefact.use,
-        expanded=artefact.expanded,
-        expanded_per_length=artefact.expanded_per_length,
-        expansion=artefact.expansion,
-        expansion_sigma=artefact.expansion_sigma,
-        identity=artefact.identity,
-        temperatures=artefact.temperatures,
-    )
+    known = msgspec.convert(artefact, Artefact, from_attributes=True)
     found: list[Finding] = []
     for length, limit in _certified_limits(stage, artefact):
         found += known.judge(length, limit, now, temperature)

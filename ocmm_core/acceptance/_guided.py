@@ -286,7 +286,7 @@ class AcceptanceProcedure(guided.Procedure):
     def _store_observation(self, now: datetime) -> None:
         assert self._ready is not None  # noqa: S101 - as Live.ready states
         average, tip, handle = self._ready
-        if self._session.needs_temperature():
+        if self._session.state.needs_temperature():
             self._session.note_temperature(self._room(), now)
         self._outdate()
         try:

@@ -23,7 +23,7 @@ from ocmm_core.acceptance._placement import judge_point, judge_position
 from ocmm_core.acceptance._register import REGISTER, ArtefactRegister
 from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict, RoomAir
 from ocmm_core.acceptance._session_state import SessionState
-from ocmm_core.acceptance._situation import Situation, Stage, situation_of, wanted, worst_of
+from ocmm_core.acceptance._situation import Stage, situation_of, wanted, worst_of
 from ocmm_core.calibration.guided import SessionLog, Spots, from_spots, utc_text
 from ocmm_core.calibration.probe_design import Temperature, check_temperature
 from ocmm_core.calibration.records import SignedRecord, let_pass, load_signed, save
@@ -141,7 +141,7 @@ class AcceptanceSession:
             position = state.require_next()
             plan, tip = state.plan[position], np.asarray(tip_world, dtype=np.float64)
             require_usable(tip)
-            reason = state.reused(uv) or judge_point(self.situation(), position, tip)
+            reason = state.reused(uv) or judge_point(self.state.situation(), position, tip)
             if reason:
                 self._append(log.PointRefused(utc=utc_text(now), position=position, reason=reason))
                 raise CalibrationError(
@@ -155,7 +155,7 @@ class AcceptanceSession:
             self._append(taken)
             if len(state.taken[position]) < wanted(plan):
                 return ""
-            hint = judge_position(self.situation(), position)
+            hint = judge_position(self.state.situation(), position)
             if hint:
                 self._append(log.PositionRedone(utc=utc_text(now), position=position, reason=hint))
             return hint
@@ -165,17 +165,11 @@ class AcceptanceSession:
         """Return advice not followed, and warnings."""
         return self.state.begun.notes
 
-    @property
-    def current(self) -> int:
-        """Return the position of the next points; -1 if complete."""
-        with self._lock:
-            return self.state.current()
-
     def hint(self, tip_world: Float) -> str:
         """Return why a ball at rest would be refused now; empty if accepted."""
         with self._lock:
             position = self.state.current()
-            return "" if position < 0 else judge_point(self.situation(), position, tip_world)
+            return "" if position < 0 else judge_point(self.state.situation(), position, tip_world)
 
     def retest(self, now: datetime) -> Retest:
         """Start a retest, and return what is repeated; CalibrationError if not allowed."""
@@ -189,12 +183,11 @@ class AcceptanceSession:
                     f"{self.state.retests} of {allowed} retests were made.",
                     "Finish the test with this result.",
                 )
-            positions = kind_of(self.stage).retest(self.situation())
+            positions = kind_of(self.stage).retest(self.state.situation())
             self._append(log.RetestBegun(utc=utc_text(now), positions=positions))
             return positions
 
     def open_end(self) -> str:
-        """Return what the verdict still requires, in one sentence; empty if nothing."""
         with self._lock:
             return self.state.open_end()
 
@@ -232,13 +225,6 @@ class AcceptanceSession:
     def view(self) -> log.AcceptanceView:
         with self._lock:
             return self.state.view()
-
-    def situation(self) -> Situation:
-        return self.state.situation()
-
-    def needs_temperature(self) -> bool:
-        """Return whether the temperature is required before the next point."""
-        return self.state.needs_temperature()
 
     @property
     def head(self) -> str:

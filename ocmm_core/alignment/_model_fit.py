@@ -1,10 +1,10 @@
 """Best fit of ball centres to model faces, minimising the foot distances.
 
 Gauss-Newton with exact feet in every step: to first order a distance only depends on motion along
-the face normal, so a step needs only normals and arms. Locked motions are fixed by the start, as in
-`fit_points_locked`. Freedom left by the touched faces (all rotations about the centre of a sphere;
-shifts along a plane and the rotation about its normal) is named and the fit refused, as the frame
-would otherwise be arbitrary. The part frame of the fit has derivatives by the touches.
+the face normal, so a step needs only normals and arms. Freedom left by the touched faces (all
+rotations about the centre of a sphere; shifts along a plane and the rotation about its normal) is
+named and the fit refused, as the frame would otherwise be arbitrary. The part frame of the fit has
+derivatives by the touches.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.alignment._best_fit import LEAST_HOLD, MOTIONS, fit_points, left_jacobian
-from ocmm_core.alignment._rules import LockedMotion, ModelBestFit
+from ocmm_core.alignment._rules import ModelBestFit
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import SAME_RADIUS, ActualFeature, Touches
 from ocmm_core.features.shapes import POINT
@@ -44,7 +44,6 @@ class ModelFit:
     """(6,): the same by a common change of the ball radius."""
     normals: Float
     """(n, 3): of the faces at the feet, part frame."""
-    locked: tuple[LockedMotion, ...]
 
 
 def fit_to_faces(
@@ -52,9 +51,6 @@ def fit_to_faces(
     tip_radius: float,
     faces: Sequence[SearchedFace],
     start: RigidTransform,
-    *,
-    weights: Float | None = None,
-    locked: Sequence[LockedMotion] = (),
     names: Sequence[str] = (),
 ) -> ModelFit:
     """Return the motion of least distances of ball centres from one radius outside faces.
@@ -65,10 +61,6 @@ def fit_to_faces(
         (n, 3), mm, ball centres.
     start
         ``T_part_from_world``, close enough for each ball to be nearest to its touched face.
-    weights
-        (n,), positive, of the squared distances.
-    locked
-        Motions of the part frame fixed by ``start``.
     names
         Point names for errors; default their numbers.
 
@@ -77,33 +69,28 @@ def fit_to_faces(
     FitError
         The faces leave a motion free, a point has no valid foot, too few points, or no convergence.
     """
-    free = [index for index, name in enumerate(MOTIONS) if name not in locked]
     n = len(tips_world)
-    if n < len(free) + 1 or n == 0:
+    if n <= len(MOTIONS):
         raise FitError(
             "alignment.model_few_points",
-            f"The best fit to faces of the model has {n} points for {len(free)} motions.",
-            f"Take at least {len(free) + 1} points.",
+            f"The best fit to faces of the model has {n} points for {len(MOTIONS)} motions.",
+            f"Take at least {len(MOTIONS) + 1} points.",
         )
-    shares = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
-    root = np.sqrt(shares / shares.mean())
     before = start.apply(tips_world)
     centre = before.mean(axis=0)
     size = max(float(np.sqrt(np.mean(np.sum((before - centre) ** 2, axis=1)))), 1.0)
-    scale = np.array([1.0 / size] * 3 + [1.0] * 3)[free]
+    scale = np.array([1.0 / size] * 3 + [1.0] * 3)
     motion = np.zeros(6)
     points, feet = before, nearest_feet(before, faces)
     for _ in range(_AGAIN):
         for _ in range(_MOST_STEPS):
-            slopes = _slopes(points, feet.normals, motion, free) * scale
-            rows = root[:, None] * slopes
-            _check_open(rows, scale, free, centre)
-            off = root * (feet.distances - tip_radius)
-            step = np.linalg.lstsq(rows, -off)[0]
-            motion[free] += step * scale
-            points = _moved(before, motion)
+            rows = _slopes(points, feet.normals, motion) * scale
+            _check_open(rows, scale, centre)
+            step = np.linalg.lstsq(rows, tip_radius - feet.distances)[0]
+            motion += step * scale
+            points = before @ rotation_from_vector(motion[:3]).T + motion[3:]
             feet = followed_feet(points, faces, feet)
-            if float(np.abs(step).max(initial=0.0)) < _CONVERGED_MM:
+            if float(np.abs(step).max()) < _CONVERGED_MM:
                 break
         else:
             feet = nearest_feet(points, faces)
@@ -113,21 +100,20 @@ def fit_to_faces(
         feet = whole
         if same:
             _check_feet(feet, names)
-            rows = root[:, None] * _slopes(points, feet.normals, motion, free) * scale
+            rows = _slopes(points, feet.normals, motion) * scale
             change = RigidTransform(rotation_from_vector(motion[:3]), motion[3:])
             found = change.compose(start)
-            answers = -scale[:, None] * np.linalg.pinv(rows) * root
+            answers = -scale[:, None] * np.linalg.pinv(rows)
             by_motion = answers[:, :, None] * (feet.normals @ found.rotation)
-            twist = _as_twist(motion)[:, free]
+            twist = _as_twist(motion)
             return ModelFit(
                 found,
                 feet.distances - tip_radius,
                 tuple(faces[place].number for place in feet.faces.tolist()),
-                twist @ by_motion.reshape(len(free), 3 * n),
+                twist @ by_motion.reshape(len(MOTIONS), 3 * n),
                 # A larger ball shortens every distance like an inward shift.
                 -twist @ answers.sum(axis=1),
                 feet.normals,
-                tuple(locked),
             )
     _check_feet(feet, names)
     raise FitError(
@@ -157,48 +143,30 @@ def _as_twist(motion: Float) -> Float:
     return np.block([[turn, np.zeros((3, 3))], [skew(motion[3:]) @ turn, np.eye(3)]])
 
 
-def _moved(before: Points3, motion: Float) -> Points3:
-    return before @ rotation_from_vector(motion[:3]).T + motion[3:]
-
-
-def _slopes(points: Points3, normals: Points3, motion: Float, free: Sequence[int]) -> Float:
-    """Return d(distance) / d(motion) (n, k) of the free motions."""
+def _slopes(points: Points3, normals: Points3, motion: Float) -> Float:
+    """Return d(distance) / d(motion), (n, 6)."""
     turned = points - motion[3:]
     by_turn = np.einsum(
         "ni,nij->nj", normals, np.array([-skew(point) for point in turned])
     ) @ left_jacobian(motion[:3])
-    return np.hstack([by_turn, normals])[:, free]
+    return np.hstack([by_turn, normals])
 
 
-def _check_open(rows: Float, scale: Float, free: Sequence[int], centre: Float) -> None:
+def _check_open(rows: Float, scale: Float, centre: Float) -> None:
     """Refuse faces that leave a motion free, and name it."""
-    if not free:
-        return
     # Rotations about the middle of the points: the part absorbed by shifts is no constraint.
     about = rows.copy()
-    for place, index in enumerate(free):
-        if index < 3:
-            lever = np.cross(centre, np.eye(3)[index])
-            for other, shift in enumerate(free):
-                if shift >= 3:
-                    about[:, place] += lever[shift - 3] * scale[place] * rows[:, other]
-    _, values, ways = np.linalg.svd(about / np.sqrt(len(rows)), full_matrices=True)
-    held = np.zeros(len(free))
-    held[: len(values)] = values
-    if held.min() >= LEAST_HOLD:
-        return
-    lost = ways[held < LEAST_HOLD]
-    names = [
-        MOTIONS[index]
-        for place, index in enumerate(free)
-        if float(np.linalg.norm(lost[:, place])) > 0.3
-    ]
-    words = ", ".join(names)
-    raise FitError(
-        "alignment.model_open",
-        f"The faces that were touched leave open: {words}.",
-        f"Lock {words}, or take points on faces that hold them.",
-    )
+    about[:, :3] += scale[:3] * (rows[:, 3:] @ np.cross(centre, np.eye(3)).T)
+    _, values, ways = np.linalg.svd(about / np.sqrt(len(rows)))
+    lost = ways[values < LEAST_HOLD]
+    if len(lost):
+        far = np.linalg.norm(lost, axis=0) > 0.3
+        words = ", ".join(name for name, open_ in zip(MOTIONS, far, strict=True) if open_)
+        raise FitError(
+            "alignment.model_open",
+            f"The faces that were touched leave open: {words}.",
+            "Take points on faces that hold them.",
+        )
 
 
 FAR_MM = 5.0
@@ -243,7 +211,7 @@ def model_fit(
     faces = [searched(face) for face in rule.faces]
     # A misplaced one would distort the fit until others appear wrong.
     _check_near(rule, nearest_feet(start.apply(tips), faces).distances - radius, "Before")
-    found = fit_to_faces(tips, radius, faces, start, names=rule.points)
+    found = fit_to_faces(tips, radius, faces, start, rule.points)
     _check_near(rule, found.residuals, "After")
     return found
 

@@ -244,7 +244,13 @@ def average(
             options.still_mm,
         )
     if still.motion is not None:
-        return _moving(still.motion, time_s)
+        return Refusal(
+            RefusalCode.MOVING,
+            f"The ball {still.motion.kind.value} by {still.motion.size_mm:.3f} mm while it was "
+            "measured.",
+            "Hold the ball still on the surface until the tone.",
+            time_s,
+        )
     if not enough:
         return _disagreeing(len(keep), expected, time_s)
     moved = _motion_of_reference(window, keep, options.still_mm)
@@ -281,15 +287,6 @@ def average(
         reference_spots=(
             window.reference.body.uv[keep].mean(axis=0) if window.reference is not None else None
         ),
-    )
-
-
-def _moving(motion: tracking.BallMotion, time_s: float) -> Refusal:
-    return Refusal(
-        RefusalCode.MOVING,
-        f"The ball {motion.kind.value} by {motion.size_mm:.3f} mm while it was measured.",
-        "Hold the ball still on the surface until the tone.",
-        time_s,
     )
 
 

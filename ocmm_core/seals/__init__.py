@@ -14,7 +14,8 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.seals._anchor import (
-        learn_heads, memory_loss, memory_start, signed_heads, signed_job_heads, start_memory,
+        known_ends, learn_heads, memory_loss, memory_start, signed_heads, signed_job_heads,
+        start_memory,
     )  # fmt: skip
     from ocmm_core.seals._key import (
         KEY_IN_FORCE, THIS_STATION, KeptKeys, KeyFolder, StationKey, key_lost,
@@ -39,9 +40,9 @@ __all__ = [
     "KEY_IN_FORCE", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey", "KeptKeys",
     "KeyFolder", "KnownEnd", "KnownKey", "Release", "ReleaseState", "SealState", "SealWord",
     "Signature", "Signed", "StationKey", "TokenPlace", "document_key", "expect", "judge_release",
-    "judge_signature", "key_lost", "learn_heads", "memory_file", "memory_folder", "memory_loss",
-    "memory_start", "public_from_text", "public_text", "recall", "release_file", "release_path",
-    "release_state", "remember", "set_station_clock", "shown_key", "sign", "signed_heads",
-    "signed_job_heads", "start_memory", "station_certificate", "station_clock", "station_of",
-    "write_station_certificate",
+    "judge_signature", "key_lost", "known_ends", "learn_heads", "memory_file", "memory_folder",
+    "memory_loss", "memory_start", "public_from_text", "public_text", "recall", "release_file",
+    "release_path", "release_state", "remember", "set_station_clock", "shown_key", "sign",
+    "signed_heads", "signed_job_heads", "start_memory", "station_certificate", "station_clock",
+    "station_of", "write_station_certificate",
 ]  # fmt: skip

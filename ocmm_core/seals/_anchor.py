@@ -7,7 +7,7 @@ memory is detected by its signature, or accepted by name.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -26,6 +26,7 @@ _MOST_MEMORY = SIDE_FILES[Trusted.MEMORY][0].most
 
 JOB = "job "
 """Prefix of the names of jobs in the memory."""
+_INDEX, _LARGEST_INDEX = "ends.index", 1 << 26
 _PAGE, _MET = 500, 20
 """Ends in a list; a long memory makes several. Latest jobs after which all earlier are listed."""
 
@@ -46,7 +47,7 @@ def signed_heads(keys: KeyFolder, kept: Iterable[str] = ()) -> list[str]:
 
     StorageError: the key of the station cannot be used.
     """
-    known = (one for one in _known_ends() if one.thing or one.first)
+    known = (one for one in known_ends() if one.thing or one.first)
     new = _pages(sorted(known, key=lambda one: one.name))
     for content in _own_lists(keys, kept) if new else ():
         new = [page for page in new if page != content.heads]
@@ -61,7 +62,7 @@ def signed_job_heads(keys: KeyFolder, kept: Iterable[str] = ()) -> list[str]:
     `kept`: newest first, read until it has enough of the latest ends. The earliest of the result
     are first: a list that could not be stored is made again.
     """
-    latest = [one for one in _known_ends() if one.name.startswith(JOB)]
+    latest = [one for one in known_ends() if one.name.startswith(JOB)]
     before: set[memory.KnownEnd] = set()
     met: list[int] = []
     for content in _own_lists(keys, kept) if latest else ():
@@ -95,8 +96,13 @@ def _own_lists(keys: KeyFolder, kept: Iterable[str]) -> Iterator[_Heads]:
                 yield known.content
 
 
-def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
-    """Add ends beyond those in the memory, return their number; StorageError: not trusted."""
+def learn_heads(
+    text: str, place: str, keys: KeyFolder, known: Container[memory.KnownEnd] = ()
+) -> int:
+    """Add ends beyond those in the memory, return their number; StorageError: not trusted.
+
+    `known`: ends of `known_ends`, which are not looked up again.
+    """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)
     except (ValueError, RecursionError) as error:
@@ -107,6 +113,8 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
         raise _refused(place, f"its signature is {state.word.value}")
     learned = 0
     for seen in (*found.content.heads, *found.content.jobs):
+        if seen in known:
+            continue
         job = seen.name.startswith(JOB)
         # Other stations may not change the ends of this station's own jobs.
         foreign = job and state.station != THIS_STATION
@@ -131,17 +139,47 @@ def _is_later(seen: memory.KnownEnd, known: memory.KnownEnd) -> bool:
     return seen.count > known.count
 
 
-def _known_ends() -> list[memory.KnownEnd]:
-    """Return all ends in the memory, latest first, without times and places."""
-    found: list[tuple[float, memory.KnownEnd]] = []
-    for path in memory.memory_folder().glob("*.json"):
+class _IndexedEnd(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    changed_ns: int
+    inode: int
+    """Of the file when it was read: another content, owner or mode changes one of them."""
+    end: memory.KnownEnd
+
+
+def known_ends() -> list[memory.KnownEnd]:
+    """Return all ends in the memory, latest first, without times and places.
+
+    Only files that changed since the last call are read; an index keeps the others.
+    """
+    folder = memory.memory_folder()
+    before = _read_index(folder / _INDEX)
+    now: dict[str, _IndexedEnd] = {}
+    written: dict[str, float] = {}
+    for path in folder.glob("*.json"):
         with contextlib.suppress(OSError, ValueError, OcmmError, RecursionError):
-            content = read_guarded(path, _MOST_MEMORY, follow=False)
-            seen = memory.recall(msgspec.json.decode(content, type=memory.KnownEnd).name)
-            if seen is not None and seen.count:
+            state, one = path.stat(), before.get(path.stem)
+            if one is None or (one.changed_ns, one.inode) != (state.st_ctime_ns, state.st_ino):
+                content = read_guarded(path, _MOST_MEMORY, follow=False)
+                seen = memory.recall(msgspec.json.decode(content, type=memory.KnownEnd).name)
+                if seen is None:
+                    continue
                 bare = msgspec.structs.replace(seen, utc="", place="")
-                found.append((path.stat().st_mtime, bare))
-    return [seen for _, seen in sorted(found, key=lambda one: -one[0])]
+                one = _IndexedEnd(state.st_ctime_ns, state.st_ino, bare)
+            now[path.stem], written[path.stem] = one, state.st_mtime
+    if now != before:
+        with contextlib.suppress(OSError):
+            memory.write_private(folder / _INDEX, msgspec.json.encode(now), sync=False)
+    latest = sorted(now, key=written.__getitem__, reverse=True)
+    return [now[name].end for name in latest if now[name].end.count]
+
+
+def _read_index(path: Path) -> dict[str, _IndexedEnd]:
+    """Return the index, empty if it cannot be used: then all files are read."""
+    with contextlib.suppress(OcmmError, ValueError, RecursionError):
+        content = guarded_content(path, memory.MEMORY, most=_LARGEST_INDEX)
+        if content is not None:
+            return msgspec.json.decode(content, type=dict[str, _IndexedEnd])
+    return {}
 
 
 def _refused(place: str, why: str) -> StorageError:

@@ -88,7 +88,7 @@ def remember(seen: KnownEnd, *, sync: bool = True) -> None:
         return
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        _write(path, msgspec.json.encode(seen), sync=sync or known is None)
+        write_private(path, msgspec.json.encode(seen), sync=sync or known is None)
 
 
 def expect(name: str, place: Path) -> None:
@@ -132,7 +132,8 @@ def _read(path: Path, name: str) -> KnownEnd | None:
     return seen
 
 
-def _write(path: Path, content: bytes, *, sync: bool) -> None:
+def write_private(path: Path, content: bytes, *, sync: bool) -> None:
+    """Replace a file of the memory; OSError."""
     descriptor, temporary = temporary_file(path)
     try:
         try:
@@ -171,9 +172,9 @@ def _migrate(folder: Path) -> None:
             there = places.get(seen.place)
             if seen.name.startswith(_HISTORY) and there is not None and there.link != seen.link:
                 late = msgspec.structs.replace(seen, replaced_by=seen.place)
-                _write(path, msgspec.json.encode(late), sync=True)
+                write_private(path, msgspec.json.encode(late), sync=True)
         latest = max((seen.utc for seen in known.values()), default="", key=order_of)
-        _write(
+        write_private(
             clock,
             msgspec.json.encode(KnownEnd(name=_CLOCK, count=0, link="", utc=latest)),
             sync=True,

@@ -14,16 +14,18 @@ from ocmm_core.side_files import open_guarded
 _LARGEST = 1 << 20
 
 
-def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | None:
+def guarded_content(
+    path: Path, what: str, *, secret: bool = False, most: int = _LARGEST
+) -> bytes | None:
     """Return the content of a file that other users cannot have written; None if missing.
 
     `what`: Noun for the file in messages. `secret`: Other users must not read it; may be a link.
     Raises StorageError if it cannot be read, is no regular file, or other users have more rights.
     """
     try:
-        descriptor = open_guarded(path, follow=secret, most=_LARGEST)
+        descriptor = open_guarded(path, follow=secret, most=most)
         with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
-            state, content = os.fstat(descriptor), stream.read(_LARGEST)
+            state, content = os.fstat(descriptor), stream.read(most)
     except OSError as error:
         # A link to nothing is not missing.
         if isinstance(error, FileNotFoundError) and not path.is_symlink():

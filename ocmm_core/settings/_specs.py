@@ -59,8 +59,8 @@ class SettingSpec:
     """For `Kind.CHOICE`; suggestions for texts."""
     number: str = ""
     """Name of the field that has unit and limits of a number (`typed_numbers`)."""
-    schema: str = ""
-    """Schema of the document in a file."""
+    schemas: tuple[str, ...] = ()
+    """Schemas that the document in a file may have."""
 
     @property
     def section(self) -> str:
@@ -110,16 +110,17 @@ SETTINGS: tuple[SettingSpec, ...] = (
         choices=("simulated", "ethercat:service", "ethercat:virtual", "genicam:virtual")),
     SettingSpec(
         "instrument.rig", Kind.FILE, RECOMMENDED_RIG, _S, _LATER, later("Rig"),
-        later("Document of the cameras or of the tracker"), schema="ocmm.rig/1 or ocmm.tracker/1"),
+        later("Document of the cameras or of the tracker"),
+        schemas=("ocmm.rig/1", "ocmm.tracker/1")),
     SettingSpec(
         "instrument.probe", Kind.FILE, STANDARD_PROBE, _S, _LATER,
-        later("Probe"), later("Document of the probe"), schema="ocmm.probe/1"),
+        later("Probe"), later("Document of the probe"), schemas=("ocmm.probe/1",)),
     SettingSpec(
         "instrument.tip", Kind.TEXT, None, _S, _LATER, later("Tip"),
         later("Name of the mounted tip; empty: as its records say")),
     SettingSpec(
         "instrument.reference", Kind.FILE, None, _S, _LATER, later("Reference body"),
-        later("LEDs fixed to the part; empty: none"), schema="ocmm.reference/1"),
+        later("LEDs fixed to the part; empty: none"), schemas=("ocmm.reference/1",)),
     SettingSpec(
         "instrument.calibrations", Kind.FOLDER, None, _S, _LATER, later("Camera records"),
         later("Folder of calibrations; empty: of this user")),
@@ -166,7 +167,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Measured today; empty: unknown"), number="temperature"),
     SettingSpec(
         "temperature.probe_design", Kind.FILE, None, _S, _LATER, later("Probe design"),
-        later("Document of its materials: growth and bending"), schema="ocmm.probe-design/1"),
+        later("Document of its materials: growth and bending"), schemas=("ocmm.probe-design/1",)),
     SettingSpec(
         "temperature.compensate_probe", Kind.SWITCH, False, _S, _LATER,
         later("Compensate the probe"),
@@ -220,7 +221,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
             "polyworks", "qif", "dfq", "xlsx", "json", "fai", "cloud", "points", "pdf")),
     SettingSpec(
         "report.template", Kind.FILE, None, _S, _NOW, later("Template"),
-        later("Report template; empty: the plain one"), schema="ocmm.report-template/1"),
+        later("Report template; empty: the plain one"), schemas=("ocmm.report-template/1",)),
     SettingSpec(
         "report.language", Kind.CHOICE, "window", _S, _NOW, later("Report language"),
         later("Of reports on paper; window: that of the window"),

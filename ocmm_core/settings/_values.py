@@ -110,10 +110,8 @@ def look_at(spec: SettingSpec, path: Path) -> None:
         with open(open_guarded(path), "rb") as stream:  # noqa: PTH123 - the guard opens it
             if not stream.read(8).startswith(_PICTURE_STARTS):
                 raise _wrong(spec, str(path), "is neither a PNG nor a JPEG")
-    if spec.schema:
-        found = _schema_of(path)
-        if found not in spec.schema.split(" or "):
-            raise _wrong(spec, str(path), f"is no document {spec.schema}")
+    if spec.schemas and _schema_of(path) not in spec.schemas:
+        raise _wrong(spec, str(path), f"is no document {', '.join(spec.schemas)}")
 
 
 def text_of(value: Value) -> str:

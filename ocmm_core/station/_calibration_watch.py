@@ -256,7 +256,6 @@ class ProbeWatch:
         return self._kept.view()
 
     def forget(self) -> None:
-        """Invalidate the cached state."""
         self._kept.forget()
 
     def used(self) -> None:

@@ -269,7 +269,6 @@ class TouchRecorder:
 
     @property
     def awaits_pull(self) -> bool:
-        """Return whether the ball is followed during its retract after a touch."""
         return self._current.now.session.awaits_pull
 
     @property

@@ -88,7 +88,6 @@ class StationJob:
         return self._current.now.use.options.climate
 
     def missing(self) -> list[tuple[str, int]]:
-        """Return the open features with the number of missing points."""
         return self._current.now.session.steps.missing()
 
     def explanations(self) -> tuple[Explanation, ...]:

@@ -133,7 +133,7 @@ def _fields_of(
     return artefact_fields(dcc, kind, quantity=quantity)
 
 
-class ArtefactSheet(kit.Themed, WorkSheet):
+class ArtefactSheet(WorkSheet):
     """A table above, the fields of a new or renewed artefact below."""
 
     def __init__(
@@ -155,8 +155,10 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         )
         self.table.setWordWrap(False)
         self.table.fit_columns(6)
-        self.table.itemSelectionChanged.connect(self._paint)
-        self.reasons = kit.sentence_label(tr("Why the selected artefact is refused"), 14)
+        self.table.itemSelectionChanged.connect(self._show_reasons)
+        self.reasons = kit.sentence_label(
+            tr("Why the selected artefact is refused"), 14, role="warn"
+        )
         self.form = ArtefactForm()
         self.file = kit.PathPanel(
             tr("Read the certificate from the file"), tr("File of the DCC"), tr("Read")
@@ -301,17 +303,16 @@ class ArtefactSheet(kit.Themed, WorkSheet):
         )
         if self._entries:
             self.table.selectRow(0)
-        self._paint()
+        self._show_reasons()
 
     def _selected(self) -> ArtefactEntry | None:
         row = self.table.currentRow()
         return self._entries[row] if 0 <= row < len(self._entries) else None
 
-    def _paint(self) -> None:
+    def _show_reasons(self) -> None:
         entry = self._selected()
         said = () if entry is None else self._refused[entry.id]
         self.reasons.setText("\n".join(dict.fromkeys(f"▲ {why}" for _, why in said if why)))
-        self.reasons.setStyleSheet(f"color: {self._theme.warn};")
 
     def _remove(self) -> None:
         entry = self._selected()

@@ -51,7 +51,7 @@ class TemperatureLog(Protocol):
     def set_temperature(self, celsius: float, now: datetime) -> None: ...
 
 
-class MeasurePage(kit.Themed, CollectPage):
+class MeasurePage(CollectPage):
     """Volume, artefact, progress, last errors, temperature; ``away`` (3,): cameras to volume."""
 
     keys = ("back", "automatic", "take", "next")
@@ -62,13 +62,12 @@ class MeasurePage(kit.Themed, CollectPage):
         super().__init__(rig, tr("Points taken"))
         self._procedure = procedure
         self._shown: object = None
-        self._beyond = False
         self.touches = TouchPicture(away)
         self.chart = kit.dressed(ErrorChart(), high=_CHART_PX)
         self.errors = kit.panel(kit.vbox(self.chart))
         self.errors.hide()
         self.last = kit.sentence_label(tr("Last error against its limit"), 16)
-        self.hint = kit.sentence_label(tr("Why something is measured again"), 15)
+        self.hint = kit.sentence_label(tr("Why something is measured again"), 15, role="warn")
         self.place = kit.sentence_label(tr("Position"), 15)
         tip = tr("Type it when it changes, then Return")
         self.temperature = kit.dressed(
@@ -93,7 +92,6 @@ class MeasurePage(kit.Themed, CollectPage):
         self._show_position(view)
         self._show_errors(view.test.values, view.latest)
         self.hint.setText(f"▲ {kit.said(view.hint)}" if view.hint else "")
-        self._paint()
 
     def _show_position(self, view: acceptance.GuidedAcceptanceView) -> None:
         test = view.test
@@ -122,11 +120,11 @@ class MeasurePage(kit.Themed, CollectPage):
         self.errors.setVisible(bool(values))
         if not values or not latest:
             self.last.setText(tr("No errors yet: they follow when a position is complete."))
-            self._beyond = False
+            kit.use_role(self.last, "")
             return
         self.chart.show_checks(checks_of(values), acceptance.worst_value(values))
         worst = checks_of(latest)[acceptance.worst_value(latest)]
-        self._beyond = abs(worst.error_mm) > worst.limit_mm
+        kit.use_role(self.last, "bad" if abs(worst.error_mm) > worst.limit_mm else "")
         last = tr("Last: {errors}\n{name}")
         self.last.setText(last.format(errors=check_words(worst), name=worst.name))
 
@@ -144,11 +142,6 @@ class MeasurePage(kit.Themed, CollectPage):
         parent = self.parentWidget()
         if parent is not None:
             parent.setFocus()
-
-    def _paint(self) -> None:
-        theme = self._theme
-        self.last.setStyleSheet(f"color: {theme.bad if self._beyond else theme.text};")
-        self.hint.setStyleSheet(f"color: {theme.warn};")
 
     def _lay_out(self) -> None:
         pictures = kit.hbox((self.picture, 1), (self.touches, 1), spacing=8)
@@ -207,7 +200,6 @@ class AcceptanceVerdictPage(ResultFrame[acceptance.AcceptanceOutcome]):
         self.record.clicked.connect(lambda: self.show_plot(1))
         tip = tr("Write the certificate, PDF and DCC")
         self.paper = kit.dressed(kit.NarrowButton(tr("Certificate (PDF and DCC)  [P]")), tip)
-        self.paper.setToolTip(kit.literal(tip))
         self.paper.setShortcut("P")
         self.paper.clicked.connect(self._want_paper)
         for button in (self.record, self.paper):

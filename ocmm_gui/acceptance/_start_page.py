@@ -48,9 +48,7 @@ def choice_list(name: str) -> QListWidget:
 
 def named_field(key: str, label: str, tip: str, proposal: str = "") -> kit.FormField:
     """Return a field of a form; its label and explanation are not translated yet."""
-    field = kit.dressed(kit.form_field(tr(label), tr(tip), proposal), tip=tr(tip))
-    field.setObjectName(key)
-    return field
+    return kit.dressed(kit.form_field(tr(label), tr(tip), proposal), key=key)
 
 
 def add_line(where: QListWidget, text: str) -> None:
@@ -81,7 +79,7 @@ _CONDITIONS = ((later("as found"), "as found"), (later("after adjustment"), "aft
 _SIDE_PX = 424
 
 
-class AcceptanceStart(kit.Themed, QWidget):
+class AcceptanceStart(QWidget):
     """Procedures on the left; artefacts, conditions and unfinished tests on the right."""
 
     chosen = Signal(int)
@@ -109,7 +107,7 @@ class AcceptanceStart(kit.Themed, QWidget):
         self.table.setWordWrap(True)
         self.table.verticalHeader().setMinimumSectionSize(ROW_PX)
         self.table.itemSelectionChanged.connect(self._choose)
-        self.limits = kit.sentence_label(tr("Limits of the procedure"), 14)
+        self.limits = kit.sentence_label(tr("Limits of the procedure"), 14, role="muted")
         self.artefacts = choice_list(tr("Artefacts"))
         self.artefacts.currentRowChanged.connect(self._show_artefact)
         self.note = kit.sentence_label(tr("About the artefact"), 14)
@@ -119,7 +117,7 @@ class AcceptanceStart(kit.Themed, QWidget):
         )
         self.unfinished = choice_list(tr("Unfinished tests"))
         self.unfinished.currentRowChanged.connect(self._show_open)
-        self.trouble = kit.sentence_label(tr("Why it cannot start"), 16)
+        self.trouble = kit.sentence_label(tr("Why it cannot start"), 16, role="bad")
         self.begin_button = kit.large_button(tr("Start  [Return]"), tr("Start the test"), "Return")
         self.begin_button.clicked.connect(self.begun)
         QShortcut(QKeySequence("Enter"), self).activated.connect(self.begin_button.click)
@@ -265,9 +263,7 @@ class AcceptanceStart(kit.Themed, QWidget):
 
     def show_trouble(self, text: str) -> None:
         """Show why a test could not be started or resumed; empty text hides it."""
-        self.trouble.setText(text)
-        self.trouble.setVisible(bool(text))
-        self._paint()
+        self.trouble.tell(text)
 
     def _choose(self) -> None:
         self.show_trouble("")
@@ -281,7 +277,7 @@ class AcceptanceStart(kit.Themed, QWidget):
         else:
             u = tr("U {um:.2f} µm (k = 2)").format(um=1e3 * one.used.expanded)
             self.note.setText(kit.said(one.refusal) or " ".join((u, *map(kit.said, one.warnings))))
-        self._paint()
+        kit.use_role(self.note, "warn" if one is None or one.refusal else "muted")
 
     def _show_open(self, _row: int = 0) -> None:
         row = self.unfinished.currentRow()
@@ -294,17 +290,9 @@ class AcceptanceStart(kit.Themed, QWidget):
             path: Path = self._open[row].path
             self.resumed.emit(path)
 
-    def _paint(self) -> None:
-        one = self.artefact()
-        refused = one is None or bool(one.refusal)
-        self.note.setStyleSheet(f"color: {self._theme.warn if refused else self._theme.muted};")
-        self.limits.setStyleSheet(f"color: {self._theme.muted};")
-        self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
-
     def _field(self, key: str, label: str, tip: str) -> kit.HintField:
-        field = kit.dressed(kit.HintField(), tr(label), tr(tip), font=kit.text_font(15))
-        field.setObjectName(key)
-        field.setToolTip(kit.literal(tr(tip)))
+        font = kit.text_font(15)
+        field = kit.dressed(kit.HintField(), tr(label), tr(tip), font=font, key=key)
         field.setPlaceholderText(tr(tip))
         field.textEdited.connect(lambda _text: self.show_trouble(""))
         self.fields[key] = field

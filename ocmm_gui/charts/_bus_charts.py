@@ -318,7 +318,7 @@ class HistoryChart(Chart):
         theme = self._theme
         self._paint_ends(painter, box, middle, reach)
         days = QRectF(box.left(), box.bottom() + 1.0, box.width(), _FOOT_PX - 1.0)
-        begin, end = (_day(time) for time in times)
+        begin, end = (day_words(datetime.fromtimestamp(time, UTC).astimezone()) for time in times)
         single = begin == end
         centre = Qt.AlignmentFlag.AlignHCenter
         painter.drawText(days, centre if single else Qt.AlignmentFlag.AlignLeft, begin)
@@ -373,7 +373,3 @@ class HistoryChart(Chart):
         else:
             painter.drawEllipse(box)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-
-
-def _day(time: float) -> str:
-    return day_words(datetime.fromtimestamp(time, UTC).astimezone())

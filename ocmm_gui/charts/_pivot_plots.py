@@ -17,7 +17,7 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import RIGHT, digit_font, ink, localised, text_font, tr, vbox
+from ocmm_gui.kit import ARROWS, RIGHT, digit_font, ink, localised, text_font, tr, vbox
 from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
 from ocmm_gui.views import seen_from, upright
 
@@ -129,12 +129,6 @@ _MOST_POSES = 1200
 """More are indistinguishable."""
 
 _TURN_PER_PX, _TURN_PER_KEY = 0.008, np.radians(10.0)
-_KEYS = {
-    Qt.Key.Key_Left: (-_TURN_PER_KEY, 0.0),
-    Qt.Key.Key_Right: (_TURN_PER_KEY, 0.0),
-    Qt.Key.Key_Up: (0.0, _TURN_PER_KEY),
-    Qt.Key.Key_Down: (0.0, -_TURN_PER_KEY),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,11 +201,11 @@ class TrailPlot(Plot):
         self._pulled = None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        turn = _KEYS.get(Qt.Key(event.key()))
-        if turn is None:
-            super().keyPressEvent(event)
+        right, up = ARROWS.get(Qt.Key(event.key()), (0.0, 0.0))
+        if right or up:
+            self._turn(_TURN_PER_KEY * right, _TURN_PER_KEY * up)
         else:
-            self._turn(*turn)
+            super().keyPressEvent(event)
 
     def _turn(self, azimuth: float, elevation: float) -> None:
         self._orbit = self._orbit.turned(azimuth, elevation)

@@ -130,10 +130,10 @@ class CameraSheet(WorkSheet):
         self._coach: ViewCoach | None = None
         self._coached = (Path(), Path())
         self._session: BoardSession | None = None
-        self.fields = {key: kit.FormField() for key, _, _ in _FIELDS}
-        for key, label, tip in _FIELDS:
-            kit.dressed(self.fields[key], tr(label), font=kit.text_font(14))
-            self.fields[key].setToolTip(kit.literal(tr(tip)))
+        self.fields = {
+            key: kit.dressed(kit.FormField(), tr(label), tr(tip), font=kit.text_font(14))
+            for key, label, tip in _FIELDS
+        }
         self.wanted = kit.sentence_label(tr("Next view"), 18)
         self.result = kit.sentence_label(tr("Calibration"), 14)
         self._panels = QGridLayout()

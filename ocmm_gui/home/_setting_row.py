@@ -63,8 +63,7 @@ class SettingRow(QObject):
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a top-level window.
         # After the first show the style sheet overrides later fonts.
-        self.field = kit.dressed(_Field(), label, font=kit.text_font(_FONT_PX))
-        self.field.setToolTip(kit.literal(tip))
+        self.field = kit.dressed(_Field(), label, tip, font=kit.text_font(_FONT_PX))
         self.field.setParent(parent)
         self.field.hide()
         editor: QWidget = self.field
@@ -72,9 +71,8 @@ class SettingRow(QObject):
             editor = self.choice = kit.ChoiceBox(label, tip, kit.tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
-            editor = self.switch = kit.dressed(kit.NarrowButton(), label)
+            editor = self.switch = kit.dressed(kit.NarrowButton(), label, tip)
             self.switch.setCheckable(True)
-            self.switch.setToolTip(kit.literal(tip))
             self.switch.clicked.connect(self._commit)
         else:
             self.field.show()

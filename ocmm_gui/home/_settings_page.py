@@ -210,8 +210,7 @@ class SettingsPage(kit.Sheet):
         self.sounds.use(enabled=settings.window_sounds, volume=settings.window_volume)
         notes = self.loaded.notes
         text = "\n".join(kit.said(f"{note.what} {note.remedy}") for note in notes[:_NOTES_SHOWN])
-        self.notes.setText(text)
-        self.notes.setVisible(bool(notes))
+        self.notes.tell(text)
         if self._waiting:
             names = ", ".join(kit.said_word(spec_of(key).label) for key in sorted(self._waiting))
             self.show_message(

@@ -129,9 +129,8 @@ class _Capture(kit.PlainLabel):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName(tr("Press the new key"))
+        kit.dressed(self, tr("Press the new key"), font=kit.text_font(16, bold=True))
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.setFont(kit.text_font(16, bold=True))
         self._listens = False
 
     def listen(self) -> None:
@@ -245,7 +244,6 @@ class SoundsPage(QWidget):
             name, goes, means = tr(words.name), tr(words.goes), tr(words.means)
             button = wide_button(f"♪ {name}")
             kit.dressed(button, tr("Play: {name}").format(name=name), f"{goes}. {means}")
-            button.setToolTip(kit.literal(f"{goes}. {means}"))
             button.clicked.connect(lambda _checked=False, sound=sound: self.play(sound))
             self.buttons[sound] = button
             grid.addWidget(button, row, 0)

@@ -63,9 +63,8 @@ class JobCards(kit.Themed, QListWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName(tr("Last jobs"))
-        self.setAccessibleDescription(tr("Up and down select a job; Return goes on with it"))
-        self.setFont(kit.text_font(16))
+        tip = tr("Up and down select a job; Return goes on with it")
+        kit.dressed(self, tr("Last jobs"), tip, font=kit.text_font(16))
         self.setIconSize(_PICTURE)
         self.setWordWrap(True)
         self._jobs: tuple[LastJob, ...] = ()

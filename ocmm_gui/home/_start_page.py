@@ -150,8 +150,7 @@ class StartPage(QWidget):
 
     def show_hand_over(self, line: str) -> None:
         """Show the core's note on pending archive uploads; empty if none."""
-        self.hand_over.setText(kit.said(line))
-        self.hand_over.setVisible(bool(line))
+        self.hand_over.tell(kit.said(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
         """List jobs, newest first; unreadable ones are marked but selectable."""

@@ -118,6 +118,11 @@ class PlainLabel(QLabel):
     def setToolTip(self, text: str) -> None:
         super().setToolTip(literal(text))
 
+    def tell(self, text: str) -> None:
+        """Show a text; an empty one hides the label."""
+        self.setText(text)
+        self.setVisible(bool(text))
+
     def minimumSizeHint(self) -> QSize:
         hint = super().minimumSizeHint()
         if not is_longer() or self.wordWrap() or not self.text():

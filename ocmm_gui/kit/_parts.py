@@ -80,12 +80,19 @@ def dressed(
     font: QFont | None = None,
     role: str = "",
     high: int = 0,
+    key: str = "",
 ) -> W:
-    """Return a widget with accessible name and description, font, role, and least height, px."""
+    """Return a widget with its name and tip, also for screen readers, font, role, and object name.
+
+    ``high``: least height, px.
+    """
+    if key:
+        widget.setObjectName(key)
     if name:
         widget.setAccessibleName(name)
     if tip:
         widget.setAccessibleDescription(tip)
+        widget.setToolTip(literal(tip))
     if font is not None:
         widget.setFont(font)
     if role:
@@ -323,7 +330,7 @@ def stacked(*widgets: QWidget) -> QVBoxLayout:
 
 def sentence_label(
     name: str, pixels: int, text: str = "", *, role: str = "", middle: bool = False
-) -> QLabel:
+) -> PlainLabel:
     """Return a label for running text that wraps and requests no additional width.
 
     `role`: of the styles. `middle`: at half the height of its place instead of the top.
@@ -339,6 +346,5 @@ def sentence_label(
 def value_label(name: str, tip: str) -> QLabel:
     """Return a label for a number to the right of its caption."""
     label = dressed(PlainLabel("–"), name, tip, font=digit_font(13))
-    label.setToolTip(literal(tip))
     label.setAlignment(RIGHT)
     return label

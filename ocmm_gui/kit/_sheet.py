@@ -152,10 +152,8 @@ class ChoiceBox(Themed, QComboBox):
 
 def form_field(name: str, tip: str, text: str = "") -> FormField:
     """Return a field in a type readable while standing."""
-    field = dressed(FormField(text), name)
-    field.setToolTip(literal(tip))
+    field = dressed(FormField(text), name, tip, font=text_font(15))
     field.setPlaceholderText(tip)
-    field.setFont(text_font(15))
     return field
 
 

@@ -108,6 +108,11 @@ def is_never_typed(event: QKeyEvent) -> bool:
     )
 
 
+ARROWS = {
+    Qt.Key.Key_Left: (-1.0, 0.0), Qt.Key.Key_Right: (1.0, 0.0),
+    Qt.Key.Key_Up: (0.0, 1.0), Qt.Key.Key_Down: (0.0, -1.0),
+}  # fmt: skip
+"""Directions of the arrow keys: right and up."""
 F_KEYS = range(Qt.Key.Key_F1.value, Qt.Key.Key_F12.value + 1)
 
 
@@ -181,7 +186,7 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     def follow() -> None:
         nonlocal shown
         button.setEnabled(action.isEnabled())
-        now = _first_key(action), str(action.property(SHORT) or action.text())
+        now = key_words(action.shortcut()), str(action.property(SHORT) or action.text())
         if now != shown:
             shown = now
             button.setText(f"{now[1]}  [{now[0]}]")
@@ -203,7 +208,3 @@ def large_button(text: str, name: str, key: str = "") -> QPushButton:
     if key:
         button.setShortcut(key)
     return button
-
-
-def _first_key(action: QAction) -> str:
-    return key_words(action.shortcut())

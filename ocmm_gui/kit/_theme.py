@@ -8,13 +8,16 @@ users (`tests/gui/test_colour_blind.py`).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import cache
+from string import Template
 from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
+from ocmm_core.documents import resource
 from ocmm_core.tolerances.decisions import Verdict
 
 CAP_HEIGHT = 0.729
@@ -177,54 +180,12 @@ def make_palette(theme: Theme) -> QPalette:
 def make_style_sheet(theme: Theme) -> str:
     """Return the few rules that a palette cannot express: outlines and button roles."""
     line = f"{theme.border_px}px solid {theme.border}"
-    return f"""
-    QWidget[role="panel"] {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
-    QLabel {{ background: transparent; border: none; }}
-    QLabel[role="muted"] {{ color: {theme.muted}; }}
-    QLabel[role="bad"] {{ color: {theme.bad}; font-weight: bold; }}
-    QLabel[role="warn"] {{ color: {theme.warn}; font-weight: bold; }}
-    QLabel[role="good"] {{ color: {theme.good}; font-weight: bold; }}
-    QLabel[role="title"] {{ font-weight: bold; }}
-    QPushButton {{ background: {theme.panel}; color: {theme.text}; border: {line};
-        border-radius: 6px; padding: 4px 12px; }}
-    QPushButton:hover {{ border-color: {theme.accent}; }}
-    QPushButton:focus {{ border: 2px solid {theme.accent}; }}
-    QPushButton:pressed {{ background: {theme.border}; }}
-    QPushButton:checked {{ background: {theme.accent}; color: {theme.on_accent}; }}
-    QPushButton:disabled {{ color: {theme.muted}; border-style: dashed; }}
-    QPushButton[role="tool"] {{ padding: 4px 7px; }}
-    QPushButton[role="primary"] {{ background: {theme.accent}; color: {theme.on_accent};
-        border-color: {theme.accent}; font-weight: bold; }}
-    QPushButton[role="primary"]:disabled {{ background: {theme.panel}; color: {theme.muted};
-        border: {theme.border_px}px dashed {theme.border}; }}
-    QPushButton[role="primary"]:focus {{ border: 2px solid {theme.text}; }}
-    QListWidget {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
-    QListWidget:focus {{ border: 2px solid {theme.accent}; }}
-    QTableWidget {{ background: {theme.panel}; color: {theme.text}; border: {line};
-        border-radius: 6px; gridline-color: {theme.border}; }}
-    QTableWidget:focus {{ border: 2px solid {theme.accent}; }}
-    QTableWidget::item {{ padding: 0px 4px; }}
-    QTableWidget::item:selected {{ background: {theme.background}; color: {theme.text}; }}
-    QHeaderView, QHeaderView::section, QTableCornerButton::section {{ background: {theme.panel};
-        color: {theme.muted}; border: none; padding: 2px 4px; }}
-    QLineEdit {{ background: {theme.panel}; border: {line}; border-radius: 4px; padding: 4px; }}
-    QComboBox {{ background: {theme.panel}; color: {theme.text}; border: {line};
-        border-radius: 4px; padding: 4px; }}
-    QComboBox::drop-down {{ border: none; width: 22px; }}
-    QComboBox:focus {{ border: 2px solid {theme.accent}; }}
-    QScrollBar:vertical {{ background: {theme.panel}; width: 16px; margin: 0px; }}
-    QScrollBar:horizontal {{ background: {theme.panel}; height: 16px; margin: 0px; }}
-    QScrollBar::handle {{ background: {theme.muted}; border-radius: 5px; margin: 3px; }}
-    QScrollBar::handle:vertical {{ min-height: 40px; }}
-    QScrollBar::handle:horizontal {{ min-width: 40px; }}
-    QScrollBar::add-line, QScrollBar::sub-line {{ width: 0px; height: 0px; }}
-    QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
-    QScrollArea, QScrollArea > QWidget > QWidget {{ background: transparent; border: none; }}
-    QPlainTextEdit {{ background: {theme.panel}; color: {theme.text}; border: {line};
-        border-radius: 6px; }}
-    QPlainTextEdit:focus {{ border: 2px solid {theme.accent}; }}
-    QLineEdit:focus {{ border: 2px solid {theme.accent}; }}
-    """
+    return Template(_style_rules()).substitute(asdict(theme), line=line)
+
+
+@cache
+def _style_rules() -> str:
+    return resource("window", "window.qss").read_text("utf-8")
 
 
 def apply_theme(window: QWidget, theme: Theme) -> None:

@@ -15,7 +15,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_core.part_model import PlacedPart
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, tr
+from ocmm_gui.kit import ARROWS, NoticeCentre, tr
 from ocmm_gui.led._hand_strip import TOUR, HandStrip, Tour, TourInputs
 from ocmm_gui.scene import OrbitView
 from ocmm_gui.views import PointView
@@ -97,16 +97,10 @@ class BallLead(QObject):
         return button is not Qt.MouseButton.MiddleButton
 
     def _key(self, event: QKeyEvent) -> bool:
-        leans = {
-            Qt.Key.Key_Left: (-_LEAN, 0.0),
-            Qt.Key.Key_Right: (_LEAN, 0.0),
-            Qt.Key.Key_Up: (0.0, _LEAN),
-            Qt.Key.Key_Down: (0.0, -_LEAN),
-        }
-        lean = leans.get(Qt.Key(event.key()))
-        if lean is None:
+        right, up = ARROWS.get(Qt.Key(event.key()), (0.0, 0.0))
+        if not right and not up:
             return False
-        self.leaned.emit(*lean)
+        self.leaned.emit(_LEAN * right, _LEAN * up)
         return True
 
 

@@ -206,8 +206,7 @@ class BusPage(QStackedWidget):
                     report.events_dropped,
                 )
             )
-        self.notes.setText("  ".join(notes))
-        self.notes.setVisible(bool(notes))
+        self.notes.tell("  ".join(notes))
 
     def _show_phase(self, view: station.BusView, report: BusReport) -> None:
         what, remedy = trouble_words(report)

@@ -100,7 +100,7 @@ class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
         self.baseline.show_courses(found.trends.baseline)
         self.error.show_courses((found.trends.error,))
         self.history.show_lines([_line(event) for event in found.events])
-        self._show_fault(found.fault or ("" if found.events else tr(_NO_HISTORY)))
+        self.fault.tell(found.fault or ("" if found.events else tr(_NO_HISTORY)))
         self._charts.setVisible(bool(found.trends.focal))
         self.history.setVisible(bool(found.events))
 

@@ -96,8 +96,7 @@ class ComputedPage(QWidget):
 
     def _form(self) -> QGridLayout:
         for key, label, tip, _ in self._specs:
-            field = kit.dressed(self.fields[key], tr(label), font=kit.text_font(13))
-            field.setToolTip(kit.literal(tr(tip)))
+            field = kit.dressed(self.fields[key], tr(label), tr(tip), font=kit.text_font(13))
             field.setPlaceholderText(tr(self._empty.get(key, "")))
             field.returnPressed.connect(self.toggle)
         grid = kit.form_grid(self.fields.values(), pixels=13)

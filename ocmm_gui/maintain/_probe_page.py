@@ -180,7 +180,7 @@ class ProbePage(status_page.StatusPage[records.ProbeView, records.ProbeOverview]
         why = found.fault
         if not why and not found.tips:
             why = tr(_NO_RECORDS if view.word is records.CalibrationStatus.DESIGN else _NO_TIP)
-        self._show_fault(why)
+        self.fault.tell(why)
         self._charts.setVisible(bool(found.tips))
         self.tips.setVisible(bool(found.tips))
         self.history.setVisible(bool(found.events))

@@ -160,17 +160,12 @@ class StatusPage(QWidget, Generic[V, H]):
                 )
                 + (self._in_doubt and f" {self._in_doubt}")
             )
-        self.notes.setText("  ".join(notes))
-        self.notes.setVisible(bool(notes))
+        self.notes.tell("  ".join(notes))
 
     def _show_facts(self, words: dict[str, str]) -> None:
         for name, label in self.facts.items():
             label.setText(words[name])
             label.setToolTip(kit.literal(words[name]))
-
-    def _show_fault(self, why: str) -> None:
-        self.fault.setText(why)
-        self.fault.setVisible(bool(why))
 
     def _lay_out(self, *parts: tuple[QWidget, int]) -> None:
         """Lay out status and facts, with the parts of the page below them."""

@@ -22,10 +22,8 @@ class SearchField(kit.FormField):
 
     @classmethod
     def with_tip(cls, name: str, tip: str) -> SearchField:
-        field = kit.dressed(cls(""), name)
-        field.setToolTip(kit.literal(tip))
+        field = kit.dressed(cls(""), name, tip, font=kit.text_font(15))
         field.setPlaceholderText(tip)
-        field.setFont(kit.text_font(15))
         return field
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -196,8 +194,7 @@ class ManualSheet(kit.Sheet):
             told = tr("This page is in English only.")
         elif chapter is not None and chapter.is_behind:
             told = tr("The English page was changed after this one was translated.")
-        self.remark.setText(told)
-        self.remark.setVisible(bool(told))
+        self.remark.tell(told)
 
     def _chapter(self) -> Chapter | None:
         place = self.place()

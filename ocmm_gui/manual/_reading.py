@@ -149,7 +149,7 @@ class DocumentView(QTextBrowser):
 
     def go_to(self, anchor: str) -> None:
         """Scroll to a section; to the top if unknown."""
-        block = self._heading(anchor)
+        block = next((block for name, block in self.headings() if name == anchor), None)
         bar = self.verticalScrollBar()
         if block is None:
             bar.setValue(0)
@@ -314,9 +314,6 @@ class DocumentView(QTextBrowser):
         anchors = {} if self._chapter is None else self._chapter.anchors_by_heading()
         for shown, block in zip(anchors_of(one.text() for one in blocks), blocks, strict=True):
             yield anchors.get(shown, shown), block
-
-    def _heading(self, anchor: str) -> QTextBlock | None:
-        return next((block for name, block in self.headings() if name == anchor), None)
 
 
 def _blocks(document: QTextDocument) -> Iterator[QTextBlock]:

@@ -207,7 +207,6 @@ class FeaturePanel(kit.Themed, QFrame):
         self._fit()
 
     def choose(self, number: int) -> None:
-        """Mark a point; zero marks none."""
         self._chosen = number
         if self._job is not None:
             self.show_job(self._job)

@@ -132,8 +132,7 @@ class Guidance(kit.Themed, QFrame):
     def show_job(self, job: JobView) -> None:
         self._job = job
         self._show_step()
-        self._words.setText(kit.step_text(job))
-        self._words.setVisible(bool(self._words.text()))
+        self._words.tell(kit.step_text(job))
         self.mode.setText(kit.mode_words(job))
         self._show_approach()
         self._show_trouble()
@@ -172,7 +171,7 @@ class Guidance(kit.Themed, QFrame):
         self.trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
 
 
-def _sentence(name: str) -> QLabel:
+def _sentence(name: str) -> kit.PlainLabel:
     label = kit.sentence_label(name, 14)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
     return label

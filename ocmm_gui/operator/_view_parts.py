@@ -41,10 +41,8 @@ class FeatureList(QListWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName(tr("Plan"))
-        self.setAccessibleDescription(
-            tr("Features in probing order; Page Up and Page Down change the active one")
-        )
+        tip = tr("Features in probing order; Page Up and Page Down change the active one")
+        kit.dressed(self, tr("Plan"), tip)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
         self.setUniformItemSizes(True)

@@ -33,6 +33,8 @@ from pypdf.generic import (
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QColorSpace, QPainter, QPdfWriter, QPen
 
+from ocmm_core.documents import resource
+
 _OFF = -9000
 """Position of the marks, tenths of a millimetre: far off the page."""
 _LEVEL = 3
@@ -43,19 +45,6 @@ _MARK = re.compile(rb"-9000 -(\d+) m\n-9000 -\d+ l\nS\n")
 _RANGE = re.compile(rb"^(<\w{4}> <\w{4}> )(.*)$", re.MULTILINE)
 """Of a font's codes, and the characters that they are copied as."""
 _TYPES = {".json": "application/json", ".xml": "text/xml", ".csv": "text/csv"}
-_XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
-<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
-<rdf:Description rdf:about="" xmlns:dc="http://purl.org/dc/elements/1.1/"
- xmlns:xmp="http://ns.adobe.com/xap/1.0/" xmlns:pdf="http://ns.adobe.com/pdf/1.3/"
- xmlns:pdfaid="http://www.aiim.org/pdfa/ns/id/">
-<pdfaid:part>3</pdfaid:part><pdfaid:conformance>A</pdfaid:conformance>
-<dc:format>application/pdf</dc:format>
-<dc:title><rdf:Alt><rdf:li xml:lang="x-default">{title}</rdf:li></rdf:Alt></dc:title>
-<dc:language><rdf:Bag><rdf:li>{language}</rdf:li></rdf:Bag></dc:language>
-<xmp:CreatorTool>{creator}</xmp:CreatorTool><pdf:Producer>{creator}</pdf:Producer>
-<xmp:CreateDate>{utc}</xmp:CreateDate><xmp:ModifyDate>{utc}</xmp:ModifyDate>
-</rdf:Description></rdf:RDF></x:xmpmeta>
-<?xpacket end="r"?>"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +86,7 @@ def archival_pdf(
     root, moment = writer.root_object, datetime.fromisoformat(facts.utc)
     moment = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
     creator, stamp = f"OCMM {facts.software}", moment.strftime("D:%Y%m%d%H%M%SZ")
-    xmp = _XMP.format(
+    xmp = resource("reports", "archival.xmp").read_text("utf-8").format(
         title=escape(facts.title), language=facts.language, creator=escape(creator),
         utc=moment.strftime("%Y-%m-%dT%H:%M:%SZ"),
     ).encode()  # fmt: skip

@@ -44,12 +44,8 @@ class ReportSheet(kit.Sheet):
         super().__init__(tr("Report"), _KEYS)
         self._source: JobSource | None = None
         self._folder = folder
-        self.formats = QListWidget()
-        self.formats.setAccessibleName(tr("Formats"))
-        self.formats.setAccessibleDescription(
-            tr("Up and down show a preview, Space selects a format")
-        )
-        self.formats.setFont(kit.text_font(16))
+        tip = tr("Up and down show a preview, Space selects a format")
+        self.formats = kit.dressed(QListWidget(), tr("Formats"), tip, font=kit.text_font(16))
         for name in FORMATS:
             item = QListWidgetItem(self.formats)
             item.setData(_NAME, name)

@@ -173,10 +173,7 @@ class ResultDetail(QFrame):
         self.bar.show_result(result)
         self._rule.setText(decision_words(result))
         self._standing.setText(status)
-        self._note.setText(
-            " ".join(kit.said(part) for part in (result.note, result.caution) if part)
-        )
-        self._note.setVisible(bool(self._note.text()))
+        self._note.tell(" ".join(kit.said(part) for part in (result.note, result.caution) if part))
         of = " – ".join(result.features)
         self._title.show_text(f"{result.name}: {kit.said_word(str(result.kind))} {of}")
         self._verdict.show_verdict(kit.said_word(result.verdict.value), result.verdict)
@@ -232,11 +229,9 @@ class ResultDetail(QFrame):
         found, result = self.explanation(), self._result
         asked = result is not None and result.verdict in EXPLAINED
         waits = asked and found is None and self._drill.is_running()
-        self._why.setText(tr(_SEARCHING) if waits else "" if found is None else kit.said(found.why))
-        self._now.setText("" if found is None else kit.said(found.suggestion))
+        self._why.tell(tr(_SEARCHING) if waits else "" if found is None else kit.said(found.why))
+        self._now.tell("" if found is None else kit.said(found.suggestion))
         self._now.setToolTip(kit.literal("" if found is None else kit.said(found.finding.evidence)))
-        self._why.setVisible(bool(self._why.text()))
-        self._now.setVisible(bool(self._now.text()))
         # The note of a suspect result is the suggestion itself.
         doubted = found is not None and found.cause is Cause.DOUBT
         self._note.setVisible(bool(self._note.text()) and not doubted)

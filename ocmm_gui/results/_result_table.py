@@ -255,7 +255,6 @@ class DeviationView(JobPicture):
         views.paint_scale(painter, below, self._seen, self._theme, reach_mm=self._part.reach_mm)
 
     def is_painted(self) -> bool:
-        """Return whether painting is complete; for tests and screenshots."""
         still = self._still_scene(self._scene_box(self._inside()))
         return self._part.is_coloured() and self._layer.shows(still)
 

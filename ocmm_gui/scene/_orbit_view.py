@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import PaintedWidget
+from ocmm_gui.kit import ARROWS, PaintedWidget
 from ocmm_gui.scene._scene import Orbit
 
 _KEY_TURN = np.radians(10.0)
@@ -120,15 +120,10 @@ class OrbitView(PaintedWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Turn with the arrows, zoom with plus and minus."""
-        turns = {
-            Qt.Key.Key_Left: (-_KEY_TURN, 0.0),
-            Qt.Key.Key_Right: (_KEY_TURN, 0.0),
-            Qt.Key.Key_Up: (0.0, _KEY_TURN),
-            Qt.Key.Key_Down: (0.0, -_KEY_TURN),
-        }
         key = Qt.Key(event.key())
-        if key in turns:
-            self.turn(*turns[key])
+        if key in ARROWS:
+            right, up = ARROWS[key]
+            self.turn(_KEY_TURN * right, _KEY_TURN * up)
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
             self._moved(self._orbit.zoomed(1.0 / 1.2))
         elif key is Qt.Key.Key_Minus:

@@ -96,7 +96,6 @@ class PartPicture(scene.OrbitView):
         )
 
     def is_painted(self) -> bool:
-        """Return whether painting is complete; for tests and screenshots."""
         if self._model is None:
             return True
         return self._layer.shows(self._still_scene(self._inside()))

@@ -127,7 +127,6 @@ class PointView(OrbitView):
         self.update()
 
     def choose(self, number: int) -> None:
-        """Mark a point; zero marks none."""
         self._chosen = number
         if self._job is not None:
             self.show_job(self._job)

@@ -242,14 +242,11 @@ class Runner(kit.Themed, QWidget):
 
     def _button(self, action: QAction) -> QPushButton:
         key = kit.key_words(action.shortcuts()[0])
-        button = kit.NarrowButton(f"{action.text()}\n[{key}]")
-        button.setObjectName(action.objectName())
-        button.setAccessibleName(action.text())
-        button.setAccessibleDescription(action.toolTip())
-        button.setToolTip(kit.literal(action.toolTip()))
-        button.setFont(kit.text_font(16, bold=True))
-        button.setMinimumHeight(_BUTTON_PX)
-        button.setProperty("role", "primary" if action.objectName() in _PRIMARY else "tool")
+        button = kit.dressed(
+            kit.NarrowButton(f"{action.text()}\n[{key}]"), action.text(), action.toolTip(),
+            font=kit.text_font(16, bold=True), key=action.objectName(), high=_BUTTON_PX,
+            role="primary" if action.objectName() in _PRIMARY else "tool",
+        )  # fmt: skip
         button.hide()
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.setEnabled(action.isEnabled())

@@ -40,7 +40,7 @@ class WizardStart(kit.Themed, QWidget):
         self._offers: tuple[UnfinishedSession, ...] = ()
         self._title = kit.dressed(kit.PlainLabel(), tr("Wizard"), font=kit.text_font(28, bold=True))
         self._purpose = kit.sentence_label(tr("Purpose"), 18)
-        self.trouble = kit.sentence_label(tr("Why it cannot start"), 17)
+        self.trouble = kit.sentence_label(tr("Why it cannot start"), 17, role="bad")
         self.fields: dict[str, QLineEdit | kit.ChoiceBox] = {}
         self._form = QGridLayout()
         self._form.setVerticalSpacing(5)
@@ -93,9 +93,7 @@ class WizardStart(kit.Themed, QWidget):
 
     def show_trouble(self, text: str) -> None:
         """Show why a session could not be started or resumed; empty text hides it."""
-        self.trouble.setText(text)
-        self.trouble.setVisible(bool(text))
-        self._paint()
+        self.trouble.tell(text)
 
     def _fill_form(self, fields: Sequence[Field]) -> None:
         while (item := self._form.takeAt(0)) is not None:
@@ -107,12 +105,8 @@ class WizardStart(kit.Themed, QWidget):
         for one in fields:
             label = kit.dressed(kit.PlainLabel(tr(one.label)), font=kit.text_font(15), role="muted")
             field = self._choice(one) if one.choices else self._line(one)
-            field.setObjectName(one.key)
-            field.setAccessibleName(tr(one.label))
-            field.setAccessibleDescription(tr(one.tip))
-            field.setToolTip(kit.literal(tr(one.tip)))
-            field.setFont(kit.text_font(16))
-            field.setMinimumHeight(36)
+            name, tip, font = tr(one.label), tr(one.tip), kit.text_font(16)
+            kit.dressed(field, name, tip, font=font, high=36, key=one.key)
             label.setBuddy(field)
             row = len(self.fields)
             self._form.addWidget(label, row, 0)
@@ -157,9 +151,9 @@ class WizardStart(kit.Themed, QWidget):
             "" if offer is None else kit.said(offer.blocker) or tr("Nothing was lost.")
         )
         new = offer is None or bool(offer.blocker)
+        kit.use_role(self._note, "warn" if new else "muted")
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
             kit.use_role(button, "primary" if primary else "plain")
-        self._paint()
 
     def _offer(self) -> UnfinishedSession | None:
         row = self.list.currentRow()
@@ -179,16 +173,9 @@ class WizardStart(kit.Themed, QWidget):
         if offer is not None and not offer.blocker:
             self.resumed.emit(offer.path)
 
-    def _paint(self) -> None:
-        offer = self._offer()
-        warned = offer is not None and bool(offer.blocker)
-        self._note.setStyleSheet(f"color: {self._theme.warn if warned else self._theme.muted};")
-        self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
-
 
 def _heading(text: str) -> QLabel:
-    label = kit.PlainLabel(text)
-    label.setFont(kit.text_font(18, bold=True))
+    label = kit.dressed(kit.PlainLabel(text), font=kit.text_font(18, bold=True))
     label.setAlignment(Qt.AlignmentFlag.AlignLeft)
     return label
 
@@ -210,10 +197,8 @@ class DecisionBar(QFrame):
         self._question = kit.dressed(
             kit.PlainLabel(), tr("Decision"), font=kit.text_font(17, bold=True)
         )
-        self._reason = kit.OwnKeysField()
-        self._reason.setObjectName("reason")
-        self._reason.setAccessibleName(tr("Reason"))
-        self._reason.setFont(kit.text_font(16))
+        font = kit.text_font(16)
+        self._reason = kit.dressed(kit.OwnKeysField(), tr("Reason"), font=font, key="reason")
         self._yes = kit.dressed(kit.NarrowButton(tr("Yes  [Return]")), tr("Yes"), role="primary")
         self._no = kit.dressed(kit.NarrowButton(tr("No  [Esc]")), tr("No"))
         layout = kit.hbox(

@@ -74,7 +74,6 @@ class StationMachine:
 
     @property
     def tools(self) -> Sequence[DmeTool]:
-        """Return the mounted tip, and the others of the probe."""
         view = self._station.instruments.probe()
         store = self._station.instruments.probe_in_use.store
         others = [] if store is None else [one for one in store.tips if one != view.tip]

@@ -88,7 +88,7 @@ class ScreenOptions:
     access: ScreenAccess
 
     def __post_init__(self) -> None:
-        if self.access.may_control and self.is_exposed:
+        if self.access.may_control and self.warning:
             raise InputError(
                 "screen.control_tls",
                 f"Without TLS anyone in the network of {self.address.host} could read the token "
@@ -97,9 +97,14 @@ class ScreenOptions:
             )
 
     @property
-    def is_exposed(self) -> bool:
-        """Return whether others in the network could read the token."""
-        return not is_loopback(self.address.host) and self.address.certificate is None
+    def warning(self) -> str:
+        """Return that others in the network could read the token; empty if they cannot."""
+        if is_loopback(self.address.host) or self.address.certificate is not None:
+            return ""
+        return (
+            "Without TLS the page can be read and changed in the network. State a certificate and "
+            "its key: --cert and --key, or Settings, Live stream."
+        )
 
     def page(self, port: int, token: str) -> str:
         """Return the address of the page; browsers never send the token behind the ``#``."""

@@ -52,11 +52,8 @@ def serve_screen(
         )
         _, port = server.start()
         try:
-            if options.is_exposed:
-                console.show(
-                    "Without TLS the page can be read and changed in the network (--cert).",
-                    style="yellow",
-                )
+            if options.warning:
+                console.show(options.warning, style="yellow")
             access = options.access
             pages = [(lead("Page    "), access.read_token)]
             if access.may_control:

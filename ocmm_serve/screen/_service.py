@@ -21,10 +21,6 @@ _LOCAL = (
     "Only this computer can open the page. State an address of it that the tablet reaches in the "
     "settings."
 )
-_OPEN = (
-    "Without TLS others in the network can read the page. State a certificate and its key in the "
-    "settings (Live stream)."
-)
 
 
 class ScreenService:
@@ -37,9 +33,7 @@ class ScreenService:
         access, (_, port) = options.access, server.start()
         self.page = options.page(port, access.secret if access.may_control else access.read_token)
         self._code = code_rows(self.page)
-        self._sentence = _OPEN if options.is_exposed else ""
-        if is_loopback(options.address.host):
-            self._sentence = _LOCAL
+        self._sentence = _LOCAL if is_loopback(options.address.host) else options.warning
 
     def state(self) -> ServiceState:
         return ServiceState(

@@ -50,7 +50,6 @@ class SteppedCameraTime(CameraTime):
         return time.monotonic_ns() + self._ring.word(RingHeaderField.BUS_OFFSET_NS)
 
     def taken(self, *, answered: bool) -> None:
-        """Record that a frame was received, and whether an answer left."""
         counts = self._counts
         if answered:
             counts[1] += 1

@@ -206,7 +206,6 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> CalibrationScenesRig:
-        """Load the documents and return the rig."""
         return CalibrationScenesRig(
             load_rig(Path(self.rig)),
             load_probe(Path(self.probe)),

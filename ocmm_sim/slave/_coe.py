@@ -157,7 +157,6 @@ class CoeServer:
         self._values.put(index, sub, value)
 
     def reset(self) -> None:
-        """Abort the current transfer."""
         self._transfer = None
 
     def emergency(self, code: int, register: int, data: bytes) -> bytes:

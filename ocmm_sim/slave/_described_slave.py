@@ -186,7 +186,6 @@ class DescribedCamera:
         return None if self.mailbox_hangs else self.coe.answer(mailbox)
 
     def state_changed(self, state: int) -> None:
-        """Start or stop the exposures with the state."""
         if state == INIT:
             self.coe.reset()
         if state < SAFEOP:
@@ -261,7 +260,6 @@ class DescribedCamera:
         return False
 
     def keep_up(self, now_ns: int) -> None:
-        """Make all frames exposed by now."""
         self.esc.now_ns = now_ns
 
     def _start(self) -> None:

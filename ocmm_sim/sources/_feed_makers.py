@@ -173,11 +173,9 @@ class VirtualOperator:
 
     @property
     def features(self) -> frozenset[str]:
-        """Return the features that the part has."""
         return frozenset(each.name for each in self.virtual.part.artefacts)
 
     def intent(self, frame: int) -> str | None:
-        """Return the feature that is touched at an exposure."""
         margin = round(_MARGIN_S * 1e9 / self.virtual.frame_period_ns)
         for touch in reversed(self.virtual.truth.touches):
             if touch.first_frame - margin <= frame <= touch.last_frame:
@@ -185,7 +183,6 @@ class VirtualOperator:
         return None
 
     def follow(self, ask: Callable[[], Remaining], *, stay: bool) -> Callable[[int], None] | None:
-        """Touch again what `ask` returns; a result is to be called with each frame counter."""
         if self.source is not None:
             self.source.ask = lambda: scene.Missing(*ask())
         return self._over_the_wire(self.bus, ask, stay=stay) if self.bus is not None else None

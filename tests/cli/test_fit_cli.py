@@ -64,7 +64,7 @@ def test_json_has_all_digits_units_and_what_u_rests_on(ocmm_here: Ocmm, tmp_path
     angle = numbers["full_angle"]
     assert angle.unit == "deg"
     # All digits of the doubles are given: the same fit except for rounding of reordered sums.
-    assert angle.value[0] == pytest.approx(np.degrees(fit.full_angle), rel=1e-12)
+    assert angle.value[0] == pytest.approx(np.degrees(2.0 * fit.half_angle), rel=1e-12)
     own = angle.uncertainty
     assert own is not None
     assert own.U is not None

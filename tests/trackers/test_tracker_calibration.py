@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
@@ -80,6 +81,8 @@ def test_a_verified_tracker_is_valid(honest: TrackerSite) -> None:
     in_use = open_calibration(honest.file, honest.folder)
     assert in_use.rig.identity == honest.store.active_hash
     assert in_use.rig.markers == rig_from_record(record).markers
+    expired = honest.store.status(datetime.fromisoformat(record.valid_until_utc))
+    assert expired.remedy == "Calibrate the tracker."
     squares = honest.squares(40)
     # N = 40; the 99.9 % limit of chi-square with three degrees of freedom per point.
     assert np.isfinite(squares).sum() >= 38

@@ -136,7 +136,7 @@ def elementary_face(surface: Any, reverse: bool) -> StepFace | None:
 def _cylinder(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
     cylinder = surface.Cylinder()
     axis, start = vector(cylinder.Axis().Direction()), vector(cylinder.Location())
-    sense = _sense(axis)
+    sense = 1.0 if axis[int(np.argmax(np.abs(np.round(axis, 6))))] > 0.0 else -1.0
     # All faces of one cylinder get the same point: that of the axis nearest to the origin.
     foot = start - (start @ axis) * axis
     ends = sorted(float(start @ axis + v) * sense for v in (v0, v1))
@@ -175,10 +175,6 @@ def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Flo
     length = crossed.Magnitude()
     normal = vector(crossed) / (length if length > 0.0 else 1.0)
     return vector(point), -normal if reverse else normal
-
-
-def _sense(axis: Float) -> float:
-    return 1.0 if axis[int(np.argmax(np.abs(np.round(axis, 6))))] > 0.0 else -1.0
 
 
 RECOGNISED_MM = 0.005

@@ -106,7 +106,6 @@ class SteppedTime(HostTime):
         self._ring.set_word(RingHeaderField.BUS_STEPS, 0)
 
     def mark(self) -> None:
-        """Start counting frames in transit."""
         self._taken = self._ring.word(RingHeaderField.FRAMES_TAKEN)
         self._answered = self._ring.word(RingHeaderField.FRAMES_ANSWERED)
 

@@ -138,7 +138,6 @@ class AcquisitionWorker:
         self._stop.set()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end; return whether it came in time."""
         if self._thread is None:
             return True
         self._thread.join(timeout_s)

@@ -149,7 +149,7 @@ def sample_of(
         expected[:, c, seen[c]], left = known.at(uv[:, c, seen[c]])
         pattern[c, seen[c]] = left.mean(axis=0)
     moments = np.full((3, *seen.shape, 2), np.nan)
-    squares, reach = moments_of(
+    squares, reach = spot_moments(
         uv, seen, rotations, origins, body.leds_probe, rig.packed(), expected, moments
     )
     if reach > _REACH_PX:
@@ -170,7 +170,7 @@ def sample_of(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def moments_of(
+def spot_moments(
     uv: Float, seen: NDArray[np.bool_], rotations: Float, origins: Float, leds: Float, cams: Float,
     expected: Float, moments: Float,
 ) -> tuple[float, float]:  # fmt: skip

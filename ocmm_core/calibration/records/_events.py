@@ -93,9 +93,10 @@ def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> Reco
     own = [event for event in events if event.calibration == record_hash(record)]
     fallen = [event for event in own if event.kind is EventKind.FALLEN and not event.evidence]
     if fallen:
-        return RecordStatus(
-            State.SUSPECT, fallen[-1].reason, "Calibrate the cameras again.", record.made_utc
-        )
+        again = "Calibrate the cameras again."
+        if record.method == "tracker":
+            again = "Calibrate the tracker again."
+        return RecordStatus(State.SUSPECT, fallen[-1].reason, again, record.made_utc)
     judged = [event for event in judgements(own) if event.kind is not EventKind.ACCEPTED]
     if not judged:
         return RecordStatus(
@@ -115,7 +116,8 @@ def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> Reco
     if not last.sealed:
         return unsealed("verification", "Verify the calibration again.")
     until = datetime.fromisoformat(record.valid_until_utc)
-    return within_term("calibration", until, DUE_BEFORE, "Calibrate the cameras", now)
+    renewal = "Calibrate the cameras" if record.method != "tracker" else "Calibrate the tracker"
+    return within_term("calibration", until, DUE_BEFORE, renewal, now)
 
 
 def last_good(events: Sequence[Event]) -> str:

@@ -22,7 +22,7 @@ from ocmm_core.errors import CalibrationError, OcmmError
 class CalibrationStore(RecordStore[Event]):
     """Calibrations of a rig; one writer process, thread-safe; StorageError for a broken chain."""
 
-    _renewals = ("calibrate the cameras from known points and verify", "verify the calibration")
+    _renewals = ("calibrate again and verify", "verify the calibration")
 
     def __init__(self, folder: Path) -> None:
         self._identified = ("", "")
@@ -89,7 +89,7 @@ class CalibrationStore(RecordStore[Event]):
         if record.data_sha256 == active.data_sha256:
             raise CalibrationError(
                 "verification.data",
-                "This verification uses the data the cameras were calibrated with.",
+                "This verification uses the data of the calibration itself.",
                 "Take independent data.",
             )
         kind = EventKind.PASSED if record.passed else EventKind.FAILED

@@ -27,7 +27,8 @@ _REMARK = "K0009"
 
 def _contents(jobs: Sequence[report.ReportData], profile: report.Profile) -> dict[str, bytes]:
     lines = [
-        _keyed(line.key, line.index, line.text) for line in head.head_lines(jobs, profile.units)
+        f"{line.key}/{line.index} {line.text}" if line.index else f"{line.key} {line.text}"
+        for line in head.head_lines(jobs, profile.units)
     ]
     for data in jobs:
         fields = [_fields(jobs, data, reported, profile.units) for reported in data.reported]
@@ -176,10 +177,6 @@ def _time(data: report.ReportData, reported: report.ReportedResult) -> str:
     ]
     taken = [data.taken_utc[number] for number in numbers if number in data.taken_utc]
     return report.last_moment(data.head.created_utc, taken).strftime("%d.%m.%Y/%H:%M:%S")
-
-
-def _keyed(key: str, index: int, text: str) -> str:
-    return f"{key}/{index} {text}" if index else f"{key} {text}"
 
 
 AQDEF: report.Exporter = report.Exporter(

@@ -17,7 +17,7 @@ import numpy as np
 from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
-    Check,
+    TipRecord,
     VerificationRecord,
     entry_of,
     record_hash,
@@ -73,27 +73,25 @@ def verification_run(record: VerificationRecord, status: content.Status) -> cont
     objections = [one.what for one in record.objections]
     if record.arose is not None:
         objections.append(record.arose.sentence)
-    return content.CertificateRun(
-        status=status,
-        made_utc=record.made_utc,
-        made_by=record.made_by,
-        temperature_c=record.temperature_c,
-        rule=record.rule,
-        lines=lines_of(record.checks),
-        passed=record.passed,
-        record=record_hash(record),
-        data_sha256=record.data_sha256,
-        notes=(*repeated, *corners, *objections, *record.notes),
-    )
+    notes = (*repeated, *corners, *objections, *record.notes)
+    return run_of(record, status, record.rule, notes)
 
 
-def lines_of(checks: Sequence[Check]) -> tuple[content.CertificateLine, ...]:
-    return tuple(
+def run_of(
+    record: VerificationRecord | TipRecord, status: content.Status, rule: str,
+    notes: tuple[str, ...] = (),
+) -> content.CertificateRun:  # fmt: skip
+    """Return the run of a record that consists of checks."""
+    lines = tuple(
         content.CertificateLine(
             one.name, one.measured_mm, one.certified_mm, one.expanded_mm, one.limit_mm
         )
-        for one in checks
+        for one in record.checks
     )
+    return content.CertificateRun(
+        status, record.made_utc, record.made_by, record.temperature_c, rule, lines, record.passed,
+        record_hash(record), record.data_sha256, notes,
+    )  # fmt: skip
 
 
 _NUMBER_DIGITS = 16

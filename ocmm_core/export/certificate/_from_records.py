@@ -151,17 +151,8 @@ def certificate_of_tip(store: records.ProbeStore, tip: str, paper: Paper) -> con
         )
     from_calibration.require_vouched(store.folder, store.signer, store.exchanged)
     digest = records.record_hash(found)
-    run = content.CertificateRun(
-        status="afterAdjustment",
-        made_utc=found.made_utc,
-        made_by=found.made_by,
-        temperature_c=found.temperature_c,
-        rule="every check of the qualification within its limit",
-        lines=from_calibration.lines_of(found.checks),
-        passed=found.passed,
-        record=digest,
-        data_sha256=found.data_sha256,
-    )
+    rule = "every check of the qualification within its limit"
+    run = from_calibration.run_of(found, "afterAdjustment", rule)
     made_paper = content.Certificate(
         title="Test report (in-house): qualification of a tip",
         number=f"T-{digest[:_NUMBER_DIGITS]}",

@@ -317,19 +317,6 @@ def _other_points(root: etree._Element, data: report.ReportData) -> Iterator[str
         yield "The points are not the measured ones."
 
 
-def _preview(
-    jobs: Sequence[report.ReportData], profile: report.Profile
-) -> tuple[report.ReportTable, ...]:
-    (data,) = jobs
-    units = report.Units(length_decimals=6, angle_decimals=6)
-    return (
-        report.head_table(data),
-        report.report_table(data, units),
-        report.features_table(data, units),
-        report.points_table(data, units),
-    )
-
-
 def _file_name(data: report.ReportData) -> str:
     return f"{data.stem}.qif"
 
@@ -340,5 +327,5 @@ QIF: report.Exporter = report.Exporter(
     purpose="any program that reads QIF 3.0 results (ISO 23952)",
     suffixes=(".qif",),
     profile="",
-    contents=_contents, differences=_differences, preview=_preview,
+    contents=_contents, differences=_differences, preview=report.exact_preview,
 )  # fmt: skip

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
         reported_features,
     )  # fmt: skip
     from ocmm_core.export.report._tables import (
-        Cell, Number, ReportTable, Units, features_table, head_table, points_table, report_table,
+        Cell, Number, ReportTable, Units, exact_preview, features_table, head_table, points_table,
+        report_table,
     )  # fmt: skip
     from ocmm_core.export.report._xlsx import XLSX
 else:
@@ -43,8 +44,8 @@ __all__ = [
     "Instrument", "Number", "PaperFact", "Profile", "ReportData", "ReportFile", "ReportFormat",
     "ReportTable", "ReportedFeature", "ReportedResult", "TableProfile", "Units", "account_file",
     "check_file_stem", "check_name", "clean_text", "compare_delimited", "delimited",
-    "features_table", "head_table", "last_moment", "load_profile", "one_line", "paper_facts",
-    "plan_deviations", "points_table", "polyworks_profile", "read_report", "report_number",
-    "report_of_job", "report_table", "reported_features", "same_number", "spreadsheet_text",
-    "statements", "write_account",
+    "exact_preview", "features_table", "head_table", "last_moment", "load_profile", "one_line",
+    "paper_facts", "plan_deviations", "points_table", "polyworks_profile", "read_report",
+    "report_number", "report_of_job", "report_table", "reported_features", "same_number",
+    "spreadsheet_text", "statements", "write_account",
 ]  # fmt: skip

@@ -71,17 +71,6 @@ def _differences(
     return different
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[tables.ReportTable, ...]:
-    (data,) = jobs
-    units = tables.Units(length_decimals=6, angle_decimals=6)
-    return (
-        tables.head_table(data),
-        tables.report_table(data, units),
-        tables.features_table(data, units),
-        tables.points_table(data, units),
-    )
-
-
 def _name(data: ReportData) -> str:
     return f"{data.stem}.json"
 
@@ -299,5 +288,5 @@ JSON = Exporter(
     title="JSON with raw observations",
     purpose="your own programs; everything, with raw observations",
     suffixes=(".json",),
-    profile="", contents=_contents, differences=_differences, preview=_preview,
+    profile="", contents=_contents, differences=_differences, preview=tables.exact_preview,
 )  # fmt: skip

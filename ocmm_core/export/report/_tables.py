@@ -319,6 +319,14 @@ def head_table(data: ReportData) -> ReportTable:
     return ReportTable("Job", ("Item", "Value"), tuple(pairs))
 
 
+def exact_preview(jobs: Sequence[ReportData], _profile: object) -> tuple[ReportTable, ...]:
+    """Return the tables of a job whose file has all digits."""
+    (data,) = jobs
+    units = Units(length_decimals=6, angle_decimals=6)
+    tables = (report_table(data, units), features_table(data, units), points_table(data, units))
+    return head_table(data), *tables
+
+
 def _numbered(title: str, sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
     for index, sentence in enumerate(sentences, start=1):
         yield f"{title} {index}", clean_text(sentence)

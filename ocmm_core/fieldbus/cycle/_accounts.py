@@ -11,6 +11,8 @@ from collections import Counter, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from msgspec.structs import replace
+
 from ocmm_core.fieldbus.cycle._bringup import BusSettings
 from ocmm_core.fieldbus.cycle._bus import CameraBus
 from ocmm_core.fieldbus.cycle._health import CameraPast
@@ -39,14 +41,7 @@ _GROUP_NS = 1_000_000_000
 
 @dataclass(slots=True)
 class _Entry:
-    number: int
-    utc_ns: int
-    cycle: int
-    code: str
-    camera: str
-    what: str
-    remedy: str
-    cycles: int
+    event: BusEvent
     last_ns: int
 
 
@@ -76,16 +71,18 @@ class Journal:
         """
         entry = self._open.get((code, camera))
         if entry is not None and now_ns - entry.last_ns <= _GROUP_NS:
-            entry.cycles += cycles
+            entry.event = replace(entry.event, cycles=entry.event.cycles + cycles)
             entry.last_ns = now_ns
             return False
         alarm = alarm_of_code(code)
         if not remedy and alarm is not None:
             remedy = alarm.spec.remedy
         self._number += 1
-        entry = _Entry(
-            self._number, time.time_ns(), cycle, code, camera, what, remedy, cycles, now_ns
-        )
+        event = BusEvent(
+            number=self._number, utc_ns=time.time_ns(), cycle=cycle, code=code, camera=camera,
+            what=what, remedy=remedy, cycles=cycles,
+        )  # fmt: skip
+        entry = _Entry(event, now_ns)
         self._entries.append(entry)
         self._open[code, camera] = entry
         if len(self._entries) > MAX_EVENTS:
@@ -95,19 +92,7 @@ class Journal:
 
     def events(self) -> tuple[BusEvent, ...]:
         """Return the newest events, newest last."""
-        return tuple(
-            BusEvent(
-                number=entry.number,
-                utc_ns=entry.utc_ns,
-                cycle=entry.cycle,
-                code=entry.code,
-                camera=entry.camera,
-                what=entry.what,
-                remedy=entry.remedy,
-                cycles=entry.cycles,
-            )
-            for entry in self._entries
-        )
+        return tuple(entry.event for entry in self._entries)
 
 
 class Durations:

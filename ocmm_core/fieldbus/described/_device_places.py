@@ -53,7 +53,9 @@ def check_objects(path: Path, field: str, device: device_file.DeviceDescription)
                 f"{path}: the process data object {pdo.index:#06x} has {entries} entries.",
                 "Spread them over several objects; one holds 254.",
             )
-        check_index(path, field, pdo.index + _farthest(device, pdo))
+        check_index(
+            path, field, pdo.index + ((device.exposures - 1) * pdo.step if pdo.exposures else 0)
+        )
 
 
 def check_places(path: Path, device: device_file.DeviceDescription, image: ProcessImage) -> None:
@@ -158,11 +160,6 @@ def check_memory(path: Path, device: device_file.DeviceDescription, image: Proce
                     f"{path}: field '{field}': {start:#06x} overlaps {other:#06x}.",
                     "Correct that field; process data have three buffers behind each other.",
                 )
-
-
-def _farthest(device: device_file.DeviceDescription, pdo: device_file.ProcessObject) -> int:
-    """Return the index offset of the last exposure's object."""
-    return (device.exposures - 1) * pdo.step if pdo.exposures else 0
 
 
 def _check_value(

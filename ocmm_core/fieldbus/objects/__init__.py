@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         SYNC_MANAGERS, SYNC_MANAGER_BYTES, Emergency, MailboxAreas,
     )  # fmt: skip
     from ocmm_core.fieldbus.objects._maintenance import (
-        FIRMWARE_NAME, FoeWrite, find_camera, update_firmware, write_alias,
+        FIRMWARE_NAME, FoeWrite, check_sum, find_camera, update_firmware, write_alias,
     )  # fmt: skip
     from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort, Thermometer
     from ocmm_core.fieldbus.objects._requests import (
@@ -37,7 +37,7 @@ __all__ = [
     "SERVICE_SDO_RESPONSE", "SYNC_MANAGERS", "SYNC_MANAGER_BYTES", "BlackImageState",
     "CancelRequest", "EepromRequest", "Emergency", "FoeWrite", "MailboxAreas", "ObjectAccess",
     "ObjectReply", "ObjectRequest", "ObjectService", "Progress", "Request", "RequestPort",
-    "Thermometer", "blink", "clear_black_image", "clear_error_history", "coe_content",
+    "Thermometer", "blink", "check_sum", "clear_black_image", "clear_error_history", "coe_content",
     "decode_reply", "decode_request", "encode_line", "encoder_for", "find_camera",
     "load_black_image", "measure_black_image", "read_black_image", "read_error_history",
     "read_intrinsics", "store_black_image", "take_snapshot", "update_firmware", "write_alias",

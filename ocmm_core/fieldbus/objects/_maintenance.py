@@ -162,10 +162,10 @@ def write_alias(exchange: wire.Exchange, serial: int, alias: int) -> int:
     head = bytearray(wire.read_words(exchange, place, 0, _HEAD_WORDS))
     struct.pack_into("<H", head, 2 * _ALIAS_WORD, alias)
     # Checksum first: while it is wrong the controller keeps its values until both are written.
-    wire.write_word(exchange, place, _SUM_WORD, _check_sum(bytes(head)))
+    wire.write_word(exchange, place, _SUM_WORD, check_sum(bytes(head)))
     wire.write_word(exchange, place, _ALIAS_WORD, alias)
     stored = wire.read_words(exchange, place, 0, _HEAD_WORDS + 1)
-    if stored[: 2 * _HEAD_WORDS] != bytes(head) or stored[2 * _SUM_WORD] != _check_sum(bytes(head)):
+    if stored[: 2 * _HEAD_WORDS] != bytes(head) or stored[2 * _SUM_WORD] != check_sum(bytes(head)):
         raise BusError(
             "bus.eeprom",
             f"The EEPROM of the camera with serial number {serial} did not keep the alias {alias}.",
@@ -324,7 +324,8 @@ def _silent(place: int) -> BusError:
     )
 
 
-def _check_sum(content: bytes) -> int:
+def check_sum(content: bytes) -> int:
+    """Return the CRC-8 of the first 14 bytes of an EEPROM (ETG.2010, table 2)."""
     crc = 0xFF
     for byte in content:
         crc ^= byte

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         with_requirements,
     )  # fmt: skip
     from ocmm_core.inspection.plan._surface_profile import (
-        USUAL_BALL_RADIUS, surface_profile, with_model_fit, with_profiles,
+        USUAL_BALL_RADIUS, with_model_fit, with_profiles,
     )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
@@ -55,7 +55,7 @@ __all__ = [
     "note_room_in", "noted_rooms", "part_of_plan", "plan_card", "plan_findings", "plan_release",
     "read_plan", "release_in_job", "release_plan", "remove_item", "replace_item",
     "require_consistent", "require_released", "requirement_count", "requirement_states",
-    "save_plan", "source_of", "step_fault", "stored_plan", "surface_profile", "taught_plan",
-    "usual_points", "with_alignment", "with_head", "with_model", "with_model_fit", "with_picture",
-    "with_profiles", "with_requirements", "without_file",
+    "save_plan", "source_of", "step_fault", "stored_plan", "taught_plan", "usual_points",
+    "with_alignment", "with_head", "with_model", "with_model_fit", "with_picture", "with_profiles",
+    "with_requirements", "without_file",
 ]  # fmt: skip

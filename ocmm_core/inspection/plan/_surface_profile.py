@@ -50,33 +50,6 @@ class FreeFormFace(Protocol):
         """Return the outward unit normal at each place."""
 
 
-def surface_profile(
-    name: str,
-    faces: Sequence[ModelFace],
-    tolerance: float,
-    *,
-    count: int,
-    datums: Sequence[str] = (),
-    ball_radius: float = 3.0,
-) -> tuple[list[NominalFeature], Characteristic]:
-    """Return single points spread over faces of the model, and their profile.
-
-    ``name`` of the characteristic; points are ``NAME 1`` and so on, ``count`` in total.
-    ``tolerance``, mm: width of the zone; ``ball_radius``, mm: of the largest ball. InputError if
-    the model has no surface of a face, or too few places have room for the ball.
-    """
-    held = tuple(nominal_face(face) for face in faces)
-    shares = [count // len(held) + (i < count % len(held)) for i in range(len(held))]
-    features: list[NominalFeature] = []
-    for face, share in zip(held, shares, strict=True):
-        places, normals = spread_places(searched(face), share, ball_radius + CLEAR_MM, ball_radius)
-        features += _points(name, places.tolist(), normals.tolist(), len(features))
-    if len(features) < LEAST_PLACES:
-        numbers = ", ".join(str(face.number) for face in faces)
-        raise _no_room(len(features), numbers, ball_radius)
-    return features, _profile(name, features, held, tolerance, datums)
-
-
 def with_profiles(plan: Plan, free_forms: Sequence[FreeFormFace], tolerance: float) -> Plan:
     """Return a plan with free-form faces of its model: their points, and a profile of each.
 
@@ -176,10 +149,7 @@ def _no_room(count: int, numbers: str, ball_radius: float) -> InputError:
 
 
 def _points(
-    name: str,
-    places: Sequence[Sequence[float]],
-    normals: Sequence[Sequence[float]],
-    before: int = 0,
+    name: str, places: Sequence[Sequence[float]], normals: Sequence[Sequence[float]]
 ) -> list[NominalFeature]:
     return [
         NominalFeature(
@@ -189,7 +159,7 @@ def _points(
             point=(place[0], place[1], place[2]),
             direction=(normal[0], normal[1], normal[2]),
         )
-        for number, (place, normal) in enumerate(zip(places, normals, strict=True), before + 1)
+        for number, (place, normal) in enumerate(zip(places, normals, strict=True), 1)
     ]
 
 

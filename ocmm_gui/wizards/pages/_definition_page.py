@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
-from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from ocmm_core.calibration import probe_design
 from ocmm_core.calibration.records import ProbeRecord
@@ -48,11 +48,8 @@ class DefinitionPage(kit.Themed, QWidget):
         self._word = kit.FitText(tr("Verdict"), limit=34)
         self._word.setFixedHeight(44)
         self.sentence = kit.sentence_label(tr("Meaning of the verdict"), 17)
-        self.import_panel = kit.PathPanel(
-            tr("Read the probe document from the file"),
-            tr("File of the probe document"),
-            tr("Read"),
-        )
+        question = tr("Read the probe document from the file")
+        self.import_panel = kit.PathPanel(question, tr("File of the probe document"), tr("Read"))
         self.import_panel.given.connect(self._import)
         self.buttons = {
             key: self._button(text, tip, keys, call)
@@ -204,21 +201,19 @@ class DefinitionPage(kit.Themed, QWidget):
             self.left.emit()
 
     def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
-        button = kit.dressed(kit.NarrowButton(f"{text}\n[{keys}]"), text, tip)
-        button.setToolTip(kit.literal(f"{tip} ({keys})"))
-        button.setFont(kit.text_font(16, bold=True))
-        button.setMinimumHeight(60)
-        button.setProperty("role", "tool")
+        button = kit.dressed(
+            kit.NarrowButton(f"{text}\n[{keys}]"), text, f"{tip} ({keys})",
+            font=kit.text_font(16, bold=True), role="tool", high=60,
+        )  # fmt: skip
         button.clicked.connect(call)
         shortcut = QShortcut(QKeySequence(keys), self, autoRepeat=False)
         shortcut.activated.connect(button.click)
         return button
 
     def _lay_out(self) -> None:
-        title = kit.PlainLabel(tr("Define a probe"))
-        title.setFont(kit.text_font(28, bold=True))
-        purpose = kit.sentence_label(tr("Purpose"), 16)
-        purpose.setText(tr(_PURPOSE))
+        font = kit.text_font(28, bold=True)
+        title = kit.dressed(kit.PlainLabel(tr("Define a probe")), font=font)
+        purpose = kit.sentence_label(tr("Purpose"), 16, tr(_PURPOSE))
         form = kit.vbox(self.form)
         form.addStretch(1)
         right = kit.vbox((self.picture, 1), self._word, self.sentence, spacing=8)
@@ -226,14 +221,10 @@ class DefinitionPage(kit.Themed, QWidget):
         row = kit.hbox(spacing=8)
         for key, button in self.buttons.items():
             row.addWidget(button, 2 if key == "save" else 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 8, 12, 10)
-        layout.setSpacing(8)
-        layout.addWidget(title)
-        layout.addWidget(purpose)
-        layout.addWidget(self.import_panel)
-        layout.addLayout(middle, 1)
-        layout.addLayout(row)
+        kit.vbox(
+            title, purpose, self.import_panel, (middle, 1), row, parent=self, spacing=8,
+            margins=(12, 8, 12, 10),
+        )  # fmt: skip
 
 
 def examined_words(found: probe_design.DefinitionCheck) -> str:

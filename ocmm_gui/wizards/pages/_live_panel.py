@@ -140,11 +140,7 @@ class LivePanel(kit.Themed, QFrame):
         self._automatic = self._complete = False
         self._word = kit.FitText(tr("Seen now"), limit=30)
         self._word.setFixedHeight(40)
-        self._hint = kit.dressed(kit.PlainLabel(), tr("What to do now"))
-        self._hint.setTextFormat(Qt.TextFormat.PlainText)
-        self._hint.setWordWrap(True)
-        self._hint.setFont(kit.text_font(17))
-        self._hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self._hint = kit.sentence_label(tr("What to do now"), 17)
         self._hint.setMinimumHeight(46)
         self._row = CameraRow(rig)
         kit.vbox(

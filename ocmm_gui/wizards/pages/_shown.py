@@ -100,10 +100,7 @@ class Facts(QWidget):
 
     def _add(self, caption: str) -> None:
         row = self._grid.rowCount()
-        left = PlainLabel(caption)
-        left.setObjectName(caption)
-        left.setProperty("role", "muted")
-        left.setFont(text_font(16))
+        left = kit.dressed(PlainLabel(caption), font=text_font(16), role="muted", key=caption)
         left.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
         right = sentence_label(caption, 16)
         self._grid.addWidget(left, row, 0)

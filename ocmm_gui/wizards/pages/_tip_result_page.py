@@ -56,7 +56,6 @@ class VerdictPage(ResultFrame[VerificationOutcome]):
         super().__init__(((tr("Errors and limits"), self.chart),))
 
     def judge(self, outcome: VerificationOutcome) -> ResultVerdict:
-        """Return the verdict."""
         record = outcome.record
         if record.passed:
             text = tr(
@@ -145,7 +144,6 @@ class ChecksView(QWidget):
         kit.vbox((self.chart, 1), self.table, parent=self, spacing=8, margins=0)
 
     def show_checks(self, checks: Sequence[Check], largest: int) -> None:
-        """Show all checks; name the one nearest to its limit."""
         self.chart.show_checks(checks, largest)
         self.table.show_rows(
             [

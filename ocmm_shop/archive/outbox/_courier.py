@@ -89,12 +89,13 @@ def _learn_lists(archive: Archive, keys: seals.KeyFolder) -> None:
             after = known.count
     settled = (archive.now() - _SETTLED).isoformat(timespec="milliseconds")
     last: seals.KnownEnd | None = None
+    ends = frozenset(seals.known_ends())
     for number, text, received in _lists(
         archive, "SELECT id FROM finding WHERE id > :after", {"after": after}
     ):
         # Untrusted stations are ignored.
         with contextlib.suppress(StorageError):
-            seals.learn_heads(text, archive.place, keys)
+            seals.learn_heads(text, archive.place, keys, ends)
         if last is None and received < settled:
             last = seals.KnownEnd(name=name, count=number, link=_digest(trusted, text))
     if last is not None:

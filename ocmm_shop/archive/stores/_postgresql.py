@@ -175,7 +175,6 @@ class PostgresArchive(Archive):
             raise
 
     def close(self) -> None:
-        """Close the connection; may be called twice."""
         if self._patience is not None:
             self._patience.close()
             self._patience = None

@@ -85,7 +85,6 @@ class SqliteArchive(Archive):
             raise
 
     def close(self) -> None:
-        """Close the file; may be called twice."""
         if self._db is not None:
             self._db.close()
             self._db = None

@@ -177,7 +177,7 @@ def test_several_blocks_are_told_apart(tmp_path: Path) -> None:
         tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
     )
     BlockMachine().run(session)
-    found = {v.nominal_mm for v in values_of(session.situation()) if "gauge" in v.position}
+    found = {v.nominal_mm for v in values_of(session.state.situation()) if "gauge" in v.position}
     assert found == {25.0003, 10.0005}
     np.testing.assert_allclose(blocks(session), 0.0, atol=1e-9)
 

@@ -56,7 +56,7 @@ def _measured(bench: AcceptanceBench, procedure: AcceptanceProcedure) -> list[Oc
         procedure.watch(block)  # type: ignore[arg-type]
         if procedure.ready:
             procedure.record(datetime.now(UTC))
-        if procedure.session.current < 0:
+        if procedure.session.view.current < 0:
             over.set()
 
     hand = bench.hand(procedure, fail)

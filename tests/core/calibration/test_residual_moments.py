@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.monitor._residual_samples import moments_of
+from ocmm_core.calibration.monitor._residual_samples import spot_moments
 from ocmm_core.camera import load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
@@ -31,7 +31,7 @@ def test_moments_are_those_of_plain_arrays(seed: int, *, mapped: bool) -> None:
     uv[:, ~seen] = np.nan
     expected = rng.normal(0.0, 0.02, uv.shape) if mapped else np.zeros((0, *uv.shape[1:]))
     moments = np.full((3, *uv.shape[1:]), np.nan)
-    squares, reach = moments_of(
+    squares, reach = spot_moments(
         uv, seen, rotations, origins, body.leds_probe, rig.packed(), expected, moments
     )
     residuals = uv - predicted - (expected if mapped else 0.0)

@@ -12,17 +12,40 @@ import pytest
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import Plan, load_plan, save_plan, surface_profile, with_model_fit
-from ocmm_core.part_model import ModelFace, nearest_feet, searched, spread_places
+from ocmm_core.inspection.plan import Plan, load_plan, save_plan, with_model_fit
+from ocmm_core.part_model import ModelFace, nearest_feet, nominal_face, searched, spread_places
+from ocmm_core.tolerances.zones import Characteristic
 from tests.core.part_model.model_faces import FREE_FORMS, cylinder, face_of, plane
 
 BALL = 3.0
 DATUMS = ("A", "B", "C")
 
 
+def surface_profile(
+    name: str, faces: list[ModelFace], count: int, datums: tuple[str, ...] = ()
+) -> tuple[list[NominalFeature], Characteristic]:
+    """Return points spread over faces of a model, and their profile, 0.1 mm."""
+    held = tuple(nominal_face(face) for face in faces)
+    places = [spread_places(searched(face), count // len(held), BALL + 1.0, BALL) for face in held]
+    found = [pair for at, normals in places for pair in zip(at, normals, strict=True)]
+    points = [
+        NominalFeature(
+            name=f"{name} {number}", shape=Shape.POINT, points=1, point=tuple(at.tolist()),
+            direction=tuple(normal.tolist()),
+        )
+        for number, (at, normal) in enumerate(found, 1)
+    ]  # fmt: skip
+    names = [point.name for point in points]
+    profile = Characteristic(
+        name=name, kind="surface profile", features=names, datums=list(datums), upper=0.1,
+        faces=held,
+    )  # fmt: skip
+    return points, profile
+
+
 def plan_with(faces: list[ModelFace], count: int) -> Plan:
     """Return a plan of three datum planes and the profile of faces."""
-    points, profile = surface_profile("Top", faces, 0.1, count=count, datums=DATUMS)
+    points, profile = surface_profile("Top", faces, count, DATUMS)
     planes = [
         NominalFeature(name=name, shape=Shape.PLANE, points=9, point=(0, 0, 0), direction=axis)
         for name, axis in zip(DATUMS, ((0, 0, -1), (-1, 0, 0), (0, -1, 0)), strict=True)
@@ -36,7 +59,7 @@ def plan_with(faces: list[ModelFace], count: int) -> Plan:
 @pytest.mark.parametrize("name", FREE_FORMS)
 def test_points_lie_on_the_face_where_a_ball_fits(name: str) -> None:
     face = face_of(FREE_FORMS[name]())
-    points, profile = surface_profile("Top", [face], 0.1, count=20)
+    points, profile = surface_profile("Top", [face], 20)
     assert [item.name for item in points] == profile.features
     assert len(points) == 20
     places = np.array([item.point for item in points])
@@ -72,9 +95,9 @@ def test_a_face_that_was_damaged_in_the_file_is_refused_by_its_place(tmp_path: P
 def test_where_no_ball_fits_there_is_no_plan() -> None:
     narrow = face_of(cylinder(3.1), outward=False)
     with pytest.raises(InputError, match="Only 0 places of face 1 have room for a ball of 6 mm"):
-        surface_profile("Bore", [narrow], 0.1, count=12)
+        with_model_fit(bare_plan(), [narrow], count=12)
     wide = replace(narrow, spline=cylinder(6.0))
-    points, _ = surface_profile("Bore", [wide], 0.1, count=12)
+    points = with_model_fit(bare_plan(), [wide], count=12).features
     assert len(points) == 12
     # They look towards the axis.
     for item in points:
@@ -85,7 +108,7 @@ def test_a_hole_gets_no_point() -> None:
     outline = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
     hole = 0.5 + np.array([[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
     face = ModelFace(4, "Plane", spline=plane(100.0, 80.0), loops=(outline, hole))
-    _, profile = surface_profile("Flat", [face], 0.1, count=16)
+    _, profile = surface_profile("Flat", [face], 16)
     places, _ = spread_places(searched(profile.faces[0]), 16, 4.0, BALL)
     inside = np.all(np.abs(places[:, :2] - [50.0, 40.0]) < [24.0 - 1e-6, 20.0 - 1e-6], axis=1)
     assert len(places) == 16

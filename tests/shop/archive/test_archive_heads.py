@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -17,13 +18,16 @@ from ocmm_core.errors import StorageError
 from ocmm_core.seals import (
     KeyFolder,
     KnownEnd,
+    known_ends,
     learn_heads,
+    memory_file,
     memory_folder,
     recall,
     remember,
     signed_heads,
     signed_job_heads,
 )
+from ocmm_core.side_files import read_guarded
 from ocmm_core.storage import JobFile, JobHead, make_head
 from ocmm_shop.archive.outbox import exchange_heads
 from ocmm_shop.archive.stores import HEADS, open_archive
@@ -161,6 +165,44 @@ def test_lists_leave_no_end_out(
         assert make(KeyFolder(), lists[::-1]) == []
         remember(KnownEnd(name=f"{prefix}new", count=1, link="a", first="b"), sync=False)
         assert len(make(KeyFolder(), lists[::-1])) <= len(lists)
+
+
+def test_the_index_of_ends_reads_what_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+
+    def counting(path: Path, *more: Any, **named: Any) -> bytes:
+        read.append(path.stem)
+        return read_guarded(path, *more, **named)
+
+    monkeypatch.setattr("ocmm_core.seals._anchor.read_guarded", counting)
+    with other_station(tmp_path / "home"):
+        for number in range(30):
+            remember(KnownEnd(name=f"job {number}", count=1, link="a", utc="2026-11-27T00:00:00Z"))
+        first = known_ends()
+        assert (len(first), len(read)) == (30, 31)  # with the clock
+        read.clear()
+        assert known_ends() == first
+        assert read == []
+        # An end that went on, a new one, one that others can write, and one that is gone.
+        remember(KnownEnd(name="job 3", count=2, link="b"))
+        remember(KnownEnd(name="job new", count=1, link="c"))
+        memory_file("job 4").chmod(0o666)
+        memory_file("job 5").unlink()
+        now = known_ends()
+        assert sorted(read) == sorted(memory_file(f"job {one}").stem for one in ("3", "new", "4"))
+        assert len(now) == 29
+        assert {one.name for one in now[:2]} == {"job 3", "job new"}
+        assert max(one.count for one in now) == 2
+        # Without a usable index everything is read, with the same result.
+        for spoiled in (b"{", b"{}"):
+            (memory_folder() / "ends.index").write_bytes(spoiled)
+            assert known_ends() == now
+        (memory_folder() / "ends.index").chmod(0o666)
+        read.clear()
+        assert known_ends() == now
+        assert len(read) >= 29
 
 
 def test_no_number_of_lists_hides_an_older_one(tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+CREATE INDEX job_by_arrival ON job (station, received_utc);

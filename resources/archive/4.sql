@@ -1,0 +1,1 @@
+ALTER TABLE job ADD COLUMN requirements {text} NOT NULL DEFAULT '';
