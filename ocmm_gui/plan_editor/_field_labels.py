@@ -103,9 +103,15 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "length": (later("Length, mm"), later("Toleranced length of an axis; 0: probed length")),
         "offset": (later("Offset, mm"), later("Offset of a profile zone; else 0")),
         "at": (later("At, mm"), later("Cone: height of the diameter; else 0")),
+        "cut": (
+            later("Section"),
+            later("Profile of a line: normal of the plane that cuts the features; else 0 0 0"),
+        ),
+        "cut_at": (later("Section at, mm"), later("A point of that plane, part frame: x y z")),
+        "within": (later("Section width, mm"), later("Largest distance of points from the plane")),
         "faces": (
             later("Faces"),
-            later("Of the model, for a surface profile: what points are held against"),
+            later("Of the model, for a profile: what points are held against"),
         ),
     },
     "Plan": {
@@ -155,6 +161,8 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "features": (later("Features"), later("Three centres or more; or features with points")),
         "shape": (later("Shape"), later("Of the element")),
         "through": (later("Through"), later("Centres, or all probed points")),
+        "plane": (later("Section"), later("Plane near which points count; or empty")),
+        "within": (later("Section width, mm"), later("Largest distance of points from the plane")),
     },
     "BoltCircle": {"features": (later("Features"), later("Three holes or more"))},
     "ConeSection": {

@@ -41,7 +41,15 @@ from ocmm_gui.reports._paper import (
 )
 from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
-from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale
+from ocmm_gui.views import (
+    SCALE_PX,
+    deviation_part,
+    deviations_of,
+    is_section,
+    job_items,
+    paint_scale,
+    paint_section,
+)
 
 
 def deviation_scale(
@@ -203,6 +211,7 @@ def _nearest(word: QRectF, anchor: QPointF) -> QPointF:
 
 _ROW = 52.0
 _NAME = 520.0
+_SECTION_HIGH = 800.0
 _BEYOND = 1.5
 """Deviations beyond this many half tolerances are drawn as an arrow."""
 
@@ -216,6 +225,13 @@ def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
     canvas.write_sentence(f"Band: tolerance about its middle. Whisker: {U_LABEL}.", SMALL)
     for item in shown:
         canvas.draw(_ROW, partial(_paint_deviation, item=item, canvas=canvas), item.result.name)
+        if is_section(item.result):
+            paint = partial(
+                paint_section, result=item.result, theme=INK, scale=_BOLDER,
+                translate=canvas.speech.word,
+            )  # fmt: skip
+            words = f"{canvas.speech.word('Section')}: {item.result.name}"
+            canvas.draw(_SECTION_HIGH, paint, words)
 
 
 def _place(item: report.ReportedResult) -> tuple[float, float] | None:

@@ -5225,12 +5225,32 @@ Startet: {source}</translation>
         <translation>Kegel: Höhe des Durchmessers; sonst 0</translation>
     </message>
     <message>
-        <source>Faces</source>
-        <translation>Flächen</translation>
+        <source>Section</source>
+        <translation>Schnitt</translation>
     </message>
     <message>
-        <source>Of the model, for a surface profile: what points are held against</source>
-        <translation>Des Modells, für ein Flächenprofil: womit Punkte verglichen werden</translation>
+        <source>Profile of a line: normal of the plane that cuts the features; else 0 0 0</source>
+        <translation>Linienprofil: Normale der Ebene, die die Elemente schneidet; sonst 0 0 0</translation>
+    </message>
+    <message>
+        <source>Section at, mm</source>
+        <translation>Schnitt bei, mm</translation>
+    </message>
+    <message>
+        <source>A point of that plane, part frame: x y z</source>
+        <translation>Ein Punkt dieser Ebene, Werkstücksystem: x y z</translation>
+    </message>
+    <message>
+        <source>Section width, mm</source>
+        <translation>Schnittbreite, mm</translation>
+    </message>
+    <message>
+        <source>Largest distance of points from the plane</source>
+        <translation>Größter Abstand der Punkte von der Ebene</translation>
+    </message>
+    <message>
+        <source>Faces</source>
+        <translation>Flächen</translation>
     </message>
     <message>
         <source>Plan name, used for file names</source>
@@ -5321,6 +5341,10 @@ Startet: {source}</translation>
         <translation>vorgeschlagen: noch nicht gesetzt; ändern oder bestätigen</translation>
     </message>
     <message>
+        <source>Of the model, for a profile: what points are held against</source>
+        <translation>Des Modells, für ein Profil: womit Punkte verglichen werden</translation>
+    </message>
+    <message>
         <source>Constructed features</source>
         <translation>Konstruierte Elemente</translation>
     </message>
@@ -5379,6 +5403,10 @@ Startet: {source}</translation>
     <message>
         <source>Centres, or all probed points</source>
         <translation>Mitten, oder alle Messpunkte</translation>
+    </message>
+    <message>
+        <source>Plane near which points count; or empty</source>
+        <translation>Ebene, in deren Nähe Punkte zählen; oder leer</translation>
     </message>
     <message>
         <source>Three holes or more</source>

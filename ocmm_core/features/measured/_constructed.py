@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements import distance_derivatives, surface_normals
+from ocmm_core.features.elements import distance_derivatives, fit_circle_projected, surface_normals
 from ocmm_core.features.measured import _construct_geometry as geometry_of
 from ocmm_core.features.measured._actual import ActualFeature
 from ocmm_core.features.measured._construct import (
@@ -44,6 +44,7 @@ from ocmm_core.features.shapes import (
     DIRECTION,
     GEOMETRY_SIZE,
     HALF_ANGLE,
+    MINIMUM_POINTS,
     POINT,
     RADIUS,
     SECOND,
@@ -81,12 +82,18 @@ def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
     return unambiguous(fit_shape(shape, centres, direction_hint=_sense(shape, centres)))
 
 
-def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Through:
+def fit_through_points(
+    shape: Shape,
+    features: Sequence[ActualFeature],
+    plane: ActualFeature | None = None,
+    within: float = 0.0,
+) -> Through:
     """Return the least-squares element through the touched points of probed features.
 
     Each ball centre is compensated along the normal of its own feature. The uncertainty of this
     normal moves the point tangentially only, without first-order effect if the features are parts
-    of the element. FitError if a feature has no normal, or the points do not determine the element.
+    of the element. With ``plane`` only points up to ``within``, mm, from it count, and a circle
+    lies in it. FitError if a feature has no normal, or the points do not determine the element.
     """
     surface, faces = [], []
     places: list[int] = []
@@ -106,7 +113,14 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
         places += touches.places
     points, outward = np.vstack(surface), np.vstack(faces)
     hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
-    fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
+    if plane is not None:
+        near = np.abs((points - plane.fit.point) @ plane.fit.direction) <= within
+        points, outward = points[near], outward[near]
+        places = np.array(places, dtype=np.int64)[near].tolist()
+    if plane is not None and shape is Shape.CIRCLE and len(points) >= MINIMUM_POINTS[shape]:
+        fit = unambiguous(fit_circle_projected(points, plane.fit.direction)[0])
+    else:
+        fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
     # A point moves like its ball centre, less the ball along its face.
     jacobian = Rows.of_points(places, fit.jacobian).with_radius(-fit.jacobian @ outward.ravel())
     by_geometry, normals = distance_derivatives(fit, points)
@@ -317,7 +331,8 @@ def _constructed(
 
 def _through(item: FitThrough | BoltCircle, inputs: Sequence[ActualFeature]) -> Through:
     if isinstance(item, FitThrough) and item.through == "points":
-        return fit_through_points(item.shape, inputs)
+        cut = inputs[-1] if item.plane else None
+        return fit_through_points(item.shape, inputs[: len(item.features)], cut, item.within)
     shape = item.shape if isinstance(item, FitThrough) else Shape.CIRCLE
     centres = np.array([feature.fit.point for feature in inputs])
     moves = Rows.stacked([feature.jacobian[POINT] for feature in inputs])
