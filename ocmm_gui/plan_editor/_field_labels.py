@@ -60,6 +60,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
             later("Path points, mm"),
             later("Continuous probing: distance of the points; 0: single touches"),
         ),
+        "scan": (later("Scan"), later("Continuous probing: way over the surface; empty: free")),
         "interval": (
             later("Path by time, s"),
             later("Continuous probing: least time between points; else 0"),

@@ -2764,6 +2764,26 @@ Startet: {source}</translation>
         <source>Press on {name}, hold the button and slide {way:.0f} mm.</source>
         <translation>Auf {name} drücken, Taste halten und {way:.0f} mm gleiten.</translation>
     </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm around.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm ringsum gleiten.</translation>
+    </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm in a spiral.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm in einer Spirale gleiten.</translation>
+    </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm in parallel lines.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm in parallelen Linien gleiten.</translation>
+    </message>
+    <message>
+        <source>Lost contact. Put the ball back on the surface.</source>
+        <translation>Kontakt verloren. Kugel wieder auf die Fläche setzen.</translation>
+    </message>
+    <message>
+        <source>{share:.0f} % of the scan, {speed:.0f} mm/s. Release the button to finish.</source>
+        <translation>{share:.0f} % des Scans, {speed:.0f} mm/s. Zum Beenden Taste loslassen.</translation>
+    </message>
     <message numerus="yes">
         <source>Next: touch %n points on {name}.</source>
         <comment>Next: touch one point on {name}.</comment>
@@ -5063,6 +5083,14 @@ Startet: {source}</translation>
     <message>
         <source>Continuous probing: distance of the points; 0: single touches</source>
         <translation>Scannen: Abstand der Punkte; 0: Einzelantastungen</translation>
+    </message>
+    <message>
+        <source>Scan</source>
+        <translation>Scan</translation>
+    </message>
+    <message>
+        <source>Continuous probing: way over the surface; empty: free</source>
+        <translation>Scannen: Weg über die Fläche; leer: frei</translation>
     </message>
     <message>
         <source>Path by time, s</source>
@@ -9937,6 +9965,30 @@ Startet: {source}</translation>
     <message>
         <source>The ball slides too fast for points. The next step states its speed.</source>
         <translation>Die Kugel gleitet zu schnell für Punkte. Der nächste Schritt nennt ihre Geschwindigkeit.</translation>
+    </message>
+    <message>
+        <source>Lost contact</source>
+        <translation>Kontakt verloren</translation>
+    </message>
+    <message>
+        <source>three short taps, falling</source>
+        <translation>dreimal kurz, fallend</translation>
+    </message>
+    <message>
+        <source>The ball is off the surface while it slides. The next step says so.</source>
+        <translation>Die Kugel ist beim Gleiten nicht auf der Fläche. Der nächste Schritt nennt es.</translation>
+    </message>
+    <message>
+        <source>Scan complete</source>
+        <translation>Scan vollständig</translation>
+    </message>
+    <message>
+        <source>four short, rising</source>
+        <translation>viermal kurz, steigend</translation>
+    </message>
+    <message>
+        <source>The ball has covered the scan. The next step states 100 %.</source>
+        <translation>Die Kugel hat den Scan erfasst. Der nächste Schritt nennt 100 %.</translation>
     </message>
     <message>
         <source>Approach</source>

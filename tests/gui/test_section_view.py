@@ -9,7 +9,8 @@ import pytest
 from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.features.shapes import Shape
+from ocmm_core.alignment import BoundAlignment, DatumReferenceFrame
+from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_all
 from ocmm_gui.kit import THEMES
@@ -25,9 +26,14 @@ def section(bulge: float) -> CharacteristicResult:
     surface, normals = ring(motion(0, 0, 0), 15.0 + bulge, (-8.0, 0.0, 8.0))
     part.add("SHAFT", Shape.CYLINDER, (surface, normals), diameter=30.0)
     item = asked("line profile", "SHAFT", "TOP", cut=(0, 0, 1), upper=0.1)
+    rule = BoundAlignment(
+        DatumReferenceFrame(datums=("TOP", "SHAFT")),
+        {one.name: one.shape for one in part.nominals},
+        {one.name: nominal_geometry(one) for one in part.nominals},
+    )
     count = len(part.points)
     factors = PointFactors(np.zeros((3 * count + 1, 1)), np.tile(1e-6 * np.eye(3), (count, 1, 1)))
-    return evaluate_all([item], None, part.actual(), factors, "simple")[0]
+    return evaluate_all([item], rule, part.actual(), factors, "simple")[0]
 
 
 def painted(view: SectionView) -> set[str]:

@@ -40,10 +40,8 @@ from ocmm_core.features.measured._construct import (
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import (
-    ACROSS,
     DIRECTION,
     GEOMETRY_SIZE,
-    HALF_ANGLE,
     MINIMUM_POINTS,
     POINT,
     RADIUS,
@@ -53,8 +51,9 @@ from ocmm_core.features.shapes import (
     Shape,
     element,
     nominal_geometry,
+    nominal_of,
 )
-from ocmm_core.geometry import Float, Points3, triple, unit
+from ocmm_core.geometry import Float, Points3, unit
 from ocmm_core.measuring import DeviationRows, Rows
 
 _SHOWS = 0.05
@@ -303,7 +302,12 @@ def _constructed(
     if isinstance(item, (FitThrough, BoltCircle)):
         through = _through(item, inputs)
         return ActualFeature(
-            nominal=_nominal(item.name, through.fit.shape, through.fit.geometry, nominal, inputs),
+            nominal=nominal_of(
+                item.name,
+                through.fit.shape,
+                through.fit.geometry if nominal is None else nominal,
+                side=inputs[0].nominal.side,
+            ),
             fit=through.fit,
             numbers=numbers,
             jacobian=through.jacobian,
@@ -321,7 +325,9 @@ def _constructed(
     nothing = np.zeros((GEOMETRY_SIZE, 0))
     fit = Fit(shape, geometry, nothing, np.zeros(0), 0.0, 0.0)
     return ActualFeature(
-        nominal=_nominal(item.name, shape, geometry, nominal, inputs),
+        nominal=nominal_of(
+            item.name, shape, geometry if nominal is None else nominal, side=inputs[0].nominal.side
+        ),
         fit=fit,
         numbers=numbers,
         jacobian=jacobian,
@@ -366,24 +372,3 @@ def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
     if shapes[0] in CENTRED:
         return geometry_of.dropped_on_plane(what, onto)
     return geometry_of.line_in_plane(what, onto)
-
-
-def _nominal(
-    name: str, shape: Shape, geometry: Float, nominal: Float | None, inputs: Sequence[ActualFeature]
-) -> NominalFeature:
-    """Return the nominal from those of its features; else the measured geometry, world frame."""
-    said = geometry if nominal is None else nominal
-    long = np.any(said[ACROSS])
-    return NominalFeature(
-        name=name,
-        shape=shape,
-        points=0,
-        point=triple(said[POINT]),
-        direction=triple(said[DIRECTION]) if np.any(said[DIRECTION]) else (0.0, 0.0, 1.0),
-        diameter=0.0 if long else 2.0 * float(said[RADIUS]),
-        length=2.0 * float(said[RADIUS]) if long else 0.0,
-        width=2.0 * float(said[SECOND]),
-        angle_deg=float(np.degrees(2.0 * said[HALF_ANGLE])),
-        across=triple(said[ACROSS]) if long else (1.0, 0.0, 0.0),
-        side=inputs[0].nominal.side,
-    )

@@ -12,7 +12,6 @@ import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, cast, get_args
 
 import msgspec
 import numpy as np
@@ -29,7 +28,7 @@ from ocmm_core.units import named_unit, scaled
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
     "i", "j", "k", "diameter", "length", "width", "angle", "side", "points", "text", "projection",
-    "compensation", "spacing", "interval", "turn", "gate_i", "gate_j", "gate_k", "sheet",
+    "compensation", "scan", "spacing", "interval", "turn", "gate_i", "gate_j", "gate_k", "sheet",
     "sheet_limit",
 )  # fmt: skip
 _SIZES = ("diameter", "length", "width", "spacing", "sheet", "sheet_limit")
@@ -37,8 +36,11 @@ _LENGTHS = ("x", "y", "z", *_SIZES)
 _ANGLES = {"angle": "angle_deg", "turn": "turn_deg"}
 _WAYS = {("i", "j", "k"): "direction", ("gate_i", "gate_j", "gate_k"): "gates"}
 _NUMBERS = (*_LENGTHS, *_ANGLES, *(name for names in _WAYS for name in names), "interval")
-_Method = Literal["", "approach", "pulled", "shank", "nominal"]
-_METHODS = get_args(_Method)
+_WORDS = {
+    "side": ("outer", "inner"),
+    "compensation": ("", "approach", "pulled", "shank", "nominal"),
+    "scan": ("", "ring", "spiral", "raster"),
+}
 _SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 LARGEST_BYTES = 2_000_000
 _LARGEST = 1e15
@@ -172,15 +174,14 @@ def _feature(
         shape=shape,
         points=_points(cells.get("points"), shape),
         point=(values["x"], values["y"], values["z"]),
-        side=_side(cells.get("side")),
         text=_text(cells.get("text")),
         projection=normal_name(_text(cells.get("projection"))),
-        compensation=_compensation(cells.get("compensation")),
         interval=values["interval"],
     )
     sizes = {name: values[name] for name in _SIZES}
     angles = {field: values[name] for name, field in _ANGLES.items()}
-    return msgspec.structs.replace(feature, **sizes, **angles, **ways)
+    words = {name: _word(cells.get(name), allowed) for name, allowed in _WORDS.items()}
+    return msgspec.structs.replace(feature, **sizes, **angles, **ways, **words)
 
 
 def _check_unit_vector(
@@ -222,19 +223,11 @@ def _points(cell: _Cell | None, shape: Shape) -> int:
     return int(cell.text)
 
 
-def _side(cell: _Cell | None) -> Literal["outer", "inner"]:
-    if cell is None or cell.text.lower() in ("", "outer"):
-        return "outer"
-    if cell.text.lower() != "inner":
-        raise cell.fault("is not a side", "Write outer (shaft, ball, face) or inner (bore).")
-    return "inner"
-
-
-def _compensation(cell: _Cell | None) -> _Method:
+def _word(cell: _Cell | None, words: tuple[str, ...]) -> str:
     text = "" if cell is None else cell.text.lower()
-    if cell is None or text in _METHODS:
-        return cast("_Method", text)
-    raise cell.fault("is not a compensation", f"Use one of {', '.join(_METHODS[1:])}.")
+    if cell is None or not text or text in words:
+        return text or words[0]
+    raise cell.fault("is not known", f"Use one of {', '.join(filter(None, words))}.")
 
 
 def _text(cell: _Cell | None) -> str:

@@ -280,11 +280,7 @@ def profile(
     features = [actual[name] for name in characteristic.features]
     across, notes = None, []
     if any(characteristic.cut):
-        at = (
-            frames.of_datums(characteristic.datums, characteristic.features)
-            if characteristic.datums
-            else frames.of_part(characteristic.name)
-        ).T_frame_from_world
+        at = frames.of_part(characteristic.name).T_frame_from_world
         features = zones.near_cut(features, characteristic, at)
         across = at.rotation.T @ unit(np.array(characteristic.cut))
         count = sum(len(one.touches.numbers) for one in features if one.touches)
@@ -349,8 +345,8 @@ def _cut_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
         if item.faces or not all(asked.shapes[name] in spec.OF_A_LINE for name in item.features):
             return "cut", "is missing: the profile of a line on a surface is that of a section"
         return None
-    if not item.datums and not asked.aligned:
-        return "cut", "needs datums or an alignment, which say where the section is"
+    if not asked.aligned:
+        return "cut", "needs an alignment, which says where the section is"
     return None if item.within > 0.0 else ("within", f"is {item.within:g}")
 
 
@@ -358,7 +354,7 @@ _profile = partial(
     spec.KindSpec, one_sided=True, evaluate=profile, monte_carlo=spec.MonteCarlo.EVALUATED,
     features=(1, 1000), datums=(0, 3), datums_make_frame=True, own_form=True, probed="all",
     # The search for the smallest zone starts from the alignment, which also places a section.
-    in_part=lambda item: (bool(item.faces) or any(item.cut)) and not item.datums,
+    in_part=lambda item: any(item.cut) or (bool(item.faces) and not item.datums),
 )  # fmt: skip
 
 PROFILES = (
