@@ -19,6 +19,7 @@ _MACHINE = re.compile(
     r"|\b(ALTER TABLE|DROP|LIMIT :page|UNIQUE|NOT NULL|PRIMARY KEY|CASE WHEN)\b|\boperator, plan"
     r"|^part, characteristic,"
     r"|\b\w+ [=<>]+ :\w+"  # a condition of SQL
+    r"|^[A-Z_]{8,}\("  # an entity of a STEP file
     r"|://|strftime|search_path|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
 )
 _SINGLE = re.compile(r"[A-Z]([a-z]+|[A-Z]+)( \(UTC\))?")

@@ -1,4 +1,4 @@
-"""Sections of the points of a job: a plane, the points near it, as CSV and DXF (R12).
+"""Sections of the points of a job: a plane, the points near it, as CSV, DXF (R12) and STEP.
 
 In: a report and planes in part coordinates. Out: files that have been read back. Section
 coordinates start at the point of the plane. Their first axis is the part's x axis in the plane (its
@@ -8,6 +8,7 @@ y axis if the normal is nearly x), the second is square to it and to the normal.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,7 @@ from ocmm_core.export import report
 from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.geometry import Float, Int, unit
+from ocmm_core.names import ascii_text
 
 _COLUMNS = (
     "Curve", "Number", "Feature", "S", "T", "Offset", "X", "Y", "Z", "Deviation", "U", "Unit",
@@ -32,6 +34,25 @@ _NEARLY = 0.9
 _LARGEST = 1e6
 _SHARE = 0.1
 """Of the size of the section: largest deviation as drawn."""
+OF_PLAN = "plan"
+"""In place of a section: all sections of the plan."""
+_STEP_PRODUCT = (
+    "APPLICATION_CONTEXT('configuration controlled 3d designs of mechanical parts and assemblies')",
+    "APPLICATION_PROTOCOL_DEFINITION('international standard','config_control_design',1994,#1)",
+    "MECHANICAL_CONTEXT('',#1,'mechanical')",
+    "PRODUCT('{name}','{name}','',(#3))",
+    "PRODUCT_DEFINITION_FORMATION_WITH_SPECIFIED_SOURCE('','',#4,.NOT_KNOWN.)",
+    "DESIGN_CONTEXT('',#1,'design')",
+    "PRODUCT_DEFINITION('','',#5,#6)",
+    "PRODUCT_DEFINITION_SHAPE('','',#7)",
+    "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))",
+    "(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))",
+    "(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())",
+    "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-06),#9,'distance_accuracy_value','')",
+    "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#12))"
+    "GLOBAL_UNIT_ASSIGNED_CONTEXT((#9,#10,#11))REPRESENTATION_CONTEXT('',''))",
+)
+"""Head of a STEP file of curves; #13 is the context of the geometry."""
 _COLOURS = {"NOMINAL": 3, "MEASURED": 7, "DEVIATION": 1}
 
 
@@ -67,12 +88,15 @@ class SectionPlane:
                 'Give "x,y,z;nx,ny,nz;distance" in part coordinates and mm, such as '
                 '"0,0,10;0,0,1;0.5".',
             )
-        across = unit(np.array(parts[1]))
+        return cls.of_plane(text, np.array(parts[0]), np.array(parts[1]), numbers[6])
+
+    @classmethod
+    def of_plane(cls, text: str, point: Float, normal: Float, within: float) -> SectionPlane:
+        """Return the section at a plane by its point (3,), mm, and normal (3,)."""
+        across = unit(normal)
         first = np.eye(3)[0 if abs(across[0]) < _NEARLY else 1]
         first = unit(first - (first @ across) * across)
-        return cls(
-            text, np.array(parts[0]), np.array([first, np.cross(across, first), across]), numbers[6]
-        )
+        return cls(text, point, np.array([first, np.cross(across, first), across]), within)
 
     @property
     def words(self) -> str:
@@ -96,10 +120,38 @@ class SectionPoints:
     """(N, 2): normal of the nominal surface in section coordinates, shorter if it is inclined."""
 
 
-def cut(data: report.ReportData, section: SectionPlane) -> SectionPoints:
+def sections_of(data: report.ReportData, texts: Sequence[str]) -> list[SectionPlane]:
+    """Return the sections of texts; ``plan`` are those of the job's plan. InputError."""
+    found = [SectionPlane.of_text(text) for text in texts if text != OF_PLAN]
+    if OF_PLAN not in texts:
+        return found
+    bound, given = data.plan.bound_alignment, len(found)
+    if bound is not None:
+        T_part_from_nominal = nominal_frame(bound)
+        found += [
+            SectionPlane.of_plane(
+                item.name, T_part_from_nominal.apply(np.array(item.cut_at)),
+                T_part_from_nominal.rotation @ np.array(item.cut), item.within,
+            )
+            for item in data.plan.characteristics
+            if any(item.cut)
+        ]  # fmt: skip
+    if len(found) == given:
+        raise InputError(
+            "section.plan",
+            f"The plan of job {data.job} has no section, or no alignment.",
+            "Give the profile of a line a 'cut' in the plan, or state the plane.",
+        )
+    return found
+
+
+def cut(
+    data: report.ReportData, section: SectionPlane, every: DensePoints | None = None
+) -> SectionPoints:
     """Return the accepted surface points near a plane, along their paths.
 
-    MeasuringError: the job has no alignment, or no point is near the plane.
+    ``every``: all accepted points, if already known. MeasuringError: the job has no alignment, or
+    no point is near the plane.
     """
     if data.T_part_from_world is None:
         raise MeasuringError(
@@ -107,7 +159,7 @@ def cut(data: report.ReportData, section: SectionPlane) -> SectionPoints:
             f"Job {data.job} has no alignment, but a section is in part coordinates.",
             "Add an alignment to the plan and measure its datums.",
         )
-    every = accepted_points(data)
+    every = accepted_points(data) if every is None else every
     heights = (every.places - section.point) @ section.axes[2]
     rows = np.flatnonzero((np.abs(heights) <= section.within) & ~every.are_centres)
     if not len(rows):
@@ -162,11 +214,12 @@ def _deviations(data: report.ReportData, points: DensePoints) -> tuple[Float, Fl
     return deviations, outward
 
 
-def section_table(
-    data: report.ReportData, section: SectionPlane, units: report.Units
-) -> report.ReportTable:
-    """Return the points of a section; errors as `cut`."""
-    return _table(data, section, cut(data, section), units)
+def section_tables(
+    data: report.ReportData, sections: Sequence[SectionPlane], units: report.Units
+) -> list[report.ReportTable]:
+    """Return the points of sections; errors as `cut`."""
+    every = accepted_points(data) if sections else None
+    return [_table(data, one, cut(data, one, every), units) for one in sections]
 
 
 def _table(
@@ -192,18 +245,22 @@ def section_files(
 ) -> dict[str, bytes]:
     """Return the files of sections by name, read back; MeasuringError as `cut`, StorageError."""
     files: dict[str, bytes] = {}
+    every = accepted_points(data) if sections else None
     for index, section in enumerate(sections, start=1):
         name = f"{data.stem}_section{index}"
-        found = cut(data, section)
+        found = cut(data, section, every)
         table = _table(data, section, found, profile.units)
         content = files[f"{name}.csv"] = report.delimited(table, profile, _SHAPE)
         drawing = files[f"{name}.dxf"] = _dxf(data, section, found, profile.units)
+        curves = files[f"{name}.stp"] = _step(data, section, found)
+        places = np.array(re.findall(rb"CARTESIAN_POINT\('',\(([^,]+),([^,]+),([^,]+)\)\)", curves))
         wanted = found.flat[:, :2] * profile.units.scaled(1.0)
         read = _points_of(drawing)
         if (
             report.compare_delimited(name, content, table, profile, _SHAPE)
             or read.shape != wanted.shape
             or not np.allclose(read, wanted, rtol=0.0, atol=1e-6)
+            or not np.allclose(places.astype(np.float64), found.points.places, rtol=0.0, atol=1e-6)
         ):
             raise StorageError(
                 "section.differs",
@@ -245,6 +302,36 @@ def _dxf(
         pairs += [(0, "TEXT"), (8, layer), *_place(place), (40, f"{height:.6f}"), (1, text)]
     pairs += [(0, "ENDSEC"), (0, "EOF")]
     return "".join(f"{code:3d}\r\n{value}\r\n" for code, value in pairs).encode("ascii")
+
+
+def _step(data: report.ReportData, section: SectionPlane, found: SectionPoints) -> bytes:
+    """Return the measured curves as polylines in part coordinates, mm (AP203, wireframe)."""
+    name = ascii_text(f"{data.stem} {section.text}").replace("'", " ")
+    rows = [row.format(name=name) for row in _STEP_PRODUCT]
+    curves = []
+    for curve in range(1, int(found.curves[-1]) + 1):
+        own = found.points.places[found.curves == curve].tolist()
+        ends = [f"#{len(rows) + 1 + number}" for number in range(len(own))]
+        rows += [f"CARTESIAN_POINT('',({','.join(f'{v:.6f}' for v in one)}))" for one in own]
+        if len(own) > 1:
+            rows.append(f"POLYLINE('MEASURED {curve}',({','.join(ends)}))")
+            ends = [f"#{len(rows)}"]
+        curves += ends
+    last = len(rows)
+    rows += [
+        f"GEOMETRIC_CURVE_SET('',({','.join(curves)}))",
+        f"GEOMETRICALLY_BOUNDED_WIREFRAME_SHAPE_REPRESENTATION('{name}',(#{last + 1}),#13)",
+        f"SHAPE_DEFINITION_REPRESENTATION(#8,#{last + 2})",
+    ]
+    head = "; ".join(head_lines(data, report.Units())).replace("'", " ")
+    lines = [
+        "ISO-10303-21;", "HEADER;", f"FILE_DESCRIPTION(('{head}'),'2;1');",
+        f"FILE_NAME('{name}','',(''),(''),'','OCMM','');",
+        "FILE_SCHEMA(('CONFIG_CONTROL_DESIGN'));", "ENDSEC;", "DATA;",
+        *(f"#{number}={row};" for number, row in enumerate(rows, start=1)),
+        "ENDSEC;", "END-ISO-10303-21;", "",
+    ]  # fmt: skip
+    return "\n".join(lines).encode("ascii")
 
 
 def _scale(size: float, largest: float) -> float:

@@ -65,13 +65,9 @@ def import_command(
         plan_with_tolerances,
         with_account,
     )
+    from ocmm_cad.profiles import with_profiles
     from ocmm_cad.step import Choice, ask_for_chosen, chosen, faces_account, offers_of, read_model
-    from ocmm_core.inspection.plan import (
-        feature_table,
-        requirement_count,
-        with_model,
-        with_profiles,
-    )
+    from ocmm_core.inspection.plan import feature_table, requirement_count, with_model
     from ocmm_core.part_model import STEP_ENDINGS
 
     output, overwrite = into.output, into.overwrite

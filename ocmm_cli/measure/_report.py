@@ -61,7 +61,7 @@ def report_command(
     drawing ...) is given here or was kept with it; what nobody gives is "not stated" on the paper.
     With --section and without --format, only the sections are written.
     """
-    from ocmm_cad.sections import SectionPlane, section_files, section_table
+    from ocmm_cad.sections import section_files, section_tables, sections_of
     from ocmm_core import export
     from ocmm_core.export.report import load_profile, polyworks_profile
     from ocmm_core.export.template import (
@@ -79,8 +79,7 @@ def report_command(
     # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)
-    sections = tuple(map(SectionPlane.of_text, section or ()))
-    chosen = export.chosen_formats(formats or [export.DEFAULT_FORMAT][: not sections])
+    chosen = export.chosen_formats(formats or [export.DEFAULT_FORMAT][: not section])
     layout = polyworks_profile() if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)
     if not read:
@@ -93,13 +92,14 @@ def report_command(
                 kept = keep_given(one.path, paper_of(one.path, given, template).given)
                 console.print(f"{lead('Kept  ')}{kept}")
     data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
+    sections = [sections_of(one, section or ()) for one in data]
     written = [name for name in chosen if name in export.EXPORTERS]
     if preview_only:
         for name in written:
             typer.echo(f"== {export.EXPORTERS[name].title}")
             typer.echo(export.preview_text(export.preview(data, name, layout)))
-        tables = [section_table(one, cut, layout.units) for one in data for cut in sections]
-        if tables:
+        pairs = zip(data, sections, strict=True)
+        if tables := [it for one, own in pairs for it in section_tables(one, own, layout.units)]:
             typer.echo(export.preview_text(tables))
         if export.PDF.name in chosen:
             typer.echo(tr("The window shows the pages of the PDF report (Results, Report)."))
@@ -108,8 +108,9 @@ def report_command(
     if not incomplete:
         # Before the first file, for all formats.
         export.require_complete(data)
-    drawn = {k: v for one in data for k, v in section_files(one, sections, layout).items()}
-    if len(drawn) < 2 * len(sections) * len(data):
+    files = [section_files(*pair, layout) for pair in zip(data, sections, strict=True)]
+    drawn = {name: content for one in files for name, content in one.items()}
+    if len(drawn) < sum(map(len, files)):
         raise StorageError(
             "export.twice",
             "Two jobs have the same name, and so would their sections.",

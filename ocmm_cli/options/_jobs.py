@@ -51,8 +51,9 @@ TABLE = {
         Option("formats", None, f"One of {FORMAT_WORDS}; can be repeated.", flags="--format"),
         Option("profile", None, "Profile document of the text files: delimiter, decimal sign, "
                f"unit, columns. Used by {PROFILED_WORDS}. Default: PolyWorks."),
-        Option("section", None, "Also write the points near a plane as CSV and DXF: "
-               "\"x,y,z;nx,ny,nz;distance\" in part coordinates, mm; can be repeated."),
+        Option("section", None, "Also write the points near a plane as CSV, DXF and STEP: "
+               "\"x,y,z;nx,ny,nz;distance\" in part coordinates, mm, or \"plan\" for the "
+               "sections of the plan; can be repeated."),
         Option("out", None, "Report folder. Default: that of the first job."),
         Option("preview_only", False, "Print the contents of the files without writing "
                "them.", flags="--preview"),

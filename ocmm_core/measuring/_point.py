@@ -100,6 +100,10 @@ class PathProgress:
 
     length_mm: float
     speed_mm_s: float
+    covered: float | None = None
+    """Share of the planned scan; None without one."""
+    lifted: bool = False
+    """Whether the ball seems to be off the surface."""
 
     @property
     def fast(self) -> bool:

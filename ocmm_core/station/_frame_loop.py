@@ -286,7 +286,8 @@ class TouchRecorder:
         if pipeline.home is not None and session.reference_home is None:
             # Durable before the first dependent point.
             session.keep_reference(pipeline.home)
-        self._live.push(block, track, pipeline, collecting=tracked.collecting, path=tracked.path)
+        path = session.paths.followed(tracked.path, track.tip_world[:: len(track) // 8 + 1])
+        self._live.push(block, track, pipeline, collecting=tracked.collecting, path=path)
         self._instruments.watch_probe(block)
         if self._maintenance.takes(block):
             return

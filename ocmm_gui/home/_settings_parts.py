@@ -213,6 +213,14 @@ SOUND_WORDS = {
         later("Too fast"), later("three short taps, high"),
         later("The ball slides too fast for points. The next step states its speed."),
     ),
+    kit.Sound.LOST_CONTACT: SoundWords(
+        later("Lost contact"), later("three short taps, falling"),
+        later("The ball is off the surface while it slides. The next step says so."),
+    ),
+    kit.Sound.SCAN_DONE: SoundWords(
+        later("Scan complete"), later("four short, rising"),
+        later("The ball has covered the scan. The next step states 100 %."),
+    ),
 }  # fmt: skip
 """One entry per sound; a test compares it with `Sound`."""
 

@@ -239,6 +239,14 @@ def has_failed(live: evaluation.LiveView | None) -> bool:
     return live is not None and live.status is evaluation.StatusWord.FAILED
 
 
+_SCAN_WORDS = {
+    "": later("Press on {name}, hold the button and slide {way:.0f} mm."),
+    "ring": later("Press on {name}, hold the button and slide {way:.0f} mm around."),
+    "spiral": later("Press on {name}, hold the button and slide {way:.0f} mm in a spiral."),
+    "raster": later("Press on {name}, hold the button and slide {way:.0f} mm in parallel lines."),
+}
+
+
 def next_step(job: evaluation.JobView, live: evaluation.LiveView | None = None) -> str:
     if has_failed(live):
         return tr("Open the job again: Start page, Continue.")
@@ -262,16 +270,21 @@ def next_step(job: evaluation.JobView, live: evaluation.LiveView | None = None) 
     if feature.open_ended:
         return tr("Touch, or wait for the point that the program asks for.")
     path = None if live is None else live.path
-    if path is not None and path.fast:
-        return tr("Too fast: {speed:.0f} mm/s. Slide more slowly.").format(speed=path.speed_mm_s)
     if path is not None:
         words = tr("{length:.0f} mm, {speed:.0f} mm/s. Release the button to finish.")
-        return words.format(length=path.length_mm, speed=path.speed_mm_s)
+        if path.fast:
+            words = tr("Too fast: {speed:.0f} mm/s. Slide more slowly.")
+        elif path.lifted:
+            words = tr("Lost contact. Put the ball back on the surface.")
+        elif path.covered is not None:
+            words = tr("{share:.0f} % of the scan, {speed:.0f} mm/s. Release the button to finish.")
+        share = 100.0 * (path.covered or 0.0)
+        return words.format(length=path.length_mm, speed=path.speed_mm_s, share=share)
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return tr("{name} has all its points. Press Return to finish it.").format(name=feature.name)
     if feature.spacing > 0.0:
-        words = tr("Press on {name}, hold the button and slide {way:.0f} mm.")
+        words = tr(_SCAN_WORDS[feature.scan])
         return words.format(name=feature.name, way=missing * feature.spacing)
     words = tr("Next: touch %n points on {name}.", "Next: touch one point on {name}.", missing)
     if feature.points:

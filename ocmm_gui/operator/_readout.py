@@ -257,7 +257,7 @@ class Feedback:
     ) -> None:
         self._sounds, self._notices, self._readout = sounds, notices, readout
         self._approach = kit.Approach(sounds)
-        self._fast = False
+        self._sounded: set[kit.Sound] = set()
 
     def play(self, sound: kit.Sound) -> None:
         if self._sounds is not None:
@@ -291,11 +291,16 @@ class Feedback:
         self._readout().flash(good=verdict in (None, Verdict.CONFORM))
 
     def slide(self, path: PathProgress | None) -> None:
-        """Warn once when the ball of an open path becomes too fast."""
-        fast = path is not None and path.fast
-        if fast and not self._fast:
-            self.play(kit.Sound.TOO_FAST)
-        self._fast = fast
+        """Sound once when the ball of an open path is too fast or lifted, or the scan covered."""
+        states = {
+            kit.Sound.TOO_FAST: path is not None and path.fast,
+            kit.Sound.LOST_CONTACT: path is not None and path.lifted,
+            kit.Sound.SCAN_DONE: path is not None and (path.covered or 0.0) >= 1.0,
+        }
+        for sound, holds in states.items():
+            if holds and sound not in self._sounded:
+                self.play(sound)
+        self._sounded = {sound for sound, holds in states.items() if holds}
 
     def way(self, target: Target | None, tip_world: Float | None) -> None:
         """Play the approach of the ball, (3,) mm, to the target."""

@@ -60,6 +60,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
             later("Path points, mm"),
             later("Continuous probing: distance of the points; 0: single touches"),
         ),
+        "scan": (later("Scan"), later("Continuous probing: way over the surface; empty: free")),
         "interval": (
             later("Path by time, s"),
             later("Continuous probing: least time between points; else 0"),
@@ -103,9 +104,15 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "length": (later("Length, mm"), later("Toleranced length of an axis; 0: probed length")),
         "offset": (later("Offset, mm"), later("Offset of a profile zone; else 0")),
         "at": (later("At, mm"), later("Cone: height of the diameter; else 0")),
+        "cut": (
+            later("Section"),
+            later("Profile of a line: normal of the plane that cuts the features; else 0 0 0"),
+        ),
+        "cut_at": (later("Section at, mm"), later("A point of that plane, part frame: x y z")),
+        "within": (later("Section width, mm"), later("Largest distance of points from the plane")),
         "faces": (
             later("Faces"),
-            later("Of the model, for a surface profile: what points are held against"),
+            later("Of the model, for a profile: what points are held against"),
         ),
     },
     "Plan": {
@@ -155,6 +162,8 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "features": (later("Features"), later("Three centres or more; or features with points")),
         "shape": (later("Shape"), later("Of the element")),
         "through": (later("Through"), later("Centres, or all probed points")),
+        "plane": (later("Section"), later("Plane near which points count; or empty")),
+        "within": (later("Section width, mm"), later("Largest distance of points from the plane")),
     },
     "BoltCircle": {"features": (later("Features"), later("Three holes or more"))},
     "ConeSection": {
@@ -263,6 +272,7 @@ _OWN_WORDS = frozenset(
         later("all"), later("middle"), later("planes"), later("intersection"), later("projection"),
         later("midpoint"), later("bisector"), later("offset"), later("plane-axis-point"),
         later("given"), later("yes"), later("no"), later("set"), later("proposed"),
+        later("ring"), later("spiral"), later("raster"),
     )
 )  # fmt: skip
 """Words of a plan that the core does not translate."""

@@ -11,16 +11,11 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_cad.drawing import Account
+from ocmm_cad.profiles import USUAL_BALL_RADIUS, with_model_fit
 from ocmm_cad.step import Offer
 from ocmm_core.alignment import ModelBestFit
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.plan import (
-    USUAL_BALL_RADIUS,
-    FeatureTable,
-    PartOfPlan,
-    Plan,
-    with_model_fit,
-)
+from ocmm_core.inspection.plan import FeatureTable, PartOfPlan, Plan
 from ocmm_core.part_model import ModelFace, PartModel
 from ocmm_core.tables import TableOptions, TablePreview
 from ocmm_gui import kit

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import msgspec
 from PySide6.QtCore import Qt, Signal
 
-from ocmm_cad import step
+from ocmm_cad import profiles, step
 from ocmm_cad.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_account
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.camera import Rig
@@ -124,7 +124,7 @@ def with_offers(
     free_forms = [offer.free_form for offer in taken if offer.free_form is not None]
 
     def more_of(plan: plans.Plan) -> plans.Plan:
-        return plan if zone_mm is None else plans.with_profiles(plan, free_forms, zone_mm)
+        return plan if zone_mm is None else profiles.with_profiles(plan, free_forms, zone_mm)
 
     found = _with_features(plan, read.path, surfaces)
     faces = read.account(taken, reach.refused)

@@ -13,8 +13,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction, nominal_geometries
-from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, NominalFeature, Shape
-from ocmm_core.geometry import Float, triple
+from ocmm_core.features.shapes import NominalFeature, Shape, nominal_of
 from ocmm_core.inspection.evaluation import checked_features
 from ocmm_core.inspection.finished import reopen_job
 from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan, usual_points
@@ -154,24 +153,10 @@ def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
         if feature.name == name:
             return feature
     geometry = nominal_geometries(plan.features, plan.constructions).get(name)
-    return None if geometry is None else _drawn(name, plan.shapes[name], geometry)
-
-
-def _drawn(name: str, shape: Shape, geometry: Float) -> NominalFeature:
-    sizes = {size.field: size.whole(geometry) for size in shape.spec.sizes}
-    direction = triple(geometry[DIRECTION])
-    return NominalFeature(
-        name=name,
-        shape=shape,
-        points=usual_points(shape),
-        point=triple(geometry[POINT]),
-        direction=direction if any(direction) else (0.0, 0.0, 1.0),
-        diameter=sizes.get("diameter", 0.0),
-        length=sizes.get("length", 0.0),
-        width=sizes.get("width", 0.0),
-        angle_deg=sizes.get("angle_deg", 0.0),
-        across=triple(geometry[ACROSS]) if shape.spec.has_across else (1.0, 0.0, 0.0),
-    )
+    if geometry is None:
+        return None
+    shape = plan.shapes[name]
+    return nominal_of(name, shape, geometry, usual_points(shape))
 
 
 def item_forms() -> dict[str, ItemForm]:

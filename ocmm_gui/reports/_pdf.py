@@ -16,7 +16,7 @@ from ocmm_core.export.template import Section
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL, DeviationPicture
-from ocmm_gui import kit
+from ocmm_gui import kit, views
 from ocmm_gui.kit import ink, text_font, verdict_colour
 from ocmm_gui.rendering import RenderMode
 from ocmm_gui.reports._canvas import (
@@ -41,7 +41,6 @@ from ocmm_gui.reports._paper import (
 )
 from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
-from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale
 
 
 def deviation_scale(
@@ -53,9 +52,9 @@ def deviation_scale(
 
     def paint(painter: QPainter, box: QRectF) -> None:
         wide = box.adjusted(0.0, 10.0, -0.35 * box.width(), 0.0)
-        paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm, canvas.speech.word)
+        views.paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm, canvas.speech.word)
 
-    canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint, canvas.speech.word("Deviation"))
+    canvas.draw(views.SCALE_PX[1] * _BOLDER + 20.0, paint, canvas.speech.word("Deviation"))
     shown = {whisker.feature for whisker in seen.whiskers}
     without = [item.name for item in data.view.features if item.points and item.name not in shown]
     if without:
@@ -79,11 +78,11 @@ _RINGS, _STEP, _TURNS = 14, 34.0, 16
 
 def picture(canvas: PageCanvas, data: report.ReportData) -> None:
     """Draw the points and features of the job in the world frame."""
-    items, reach = job_items(data.view, INK)
+    items, reach = views.job_items(data.view, INK)
     if not len(reach):
         return
-    seen = deviations_of(data.view)
-    part, colour_mm = deviation_part(seen, data.view.placed_part, INK, RenderMode.SHADED)
+    seen = views.deviations_of(data.view)
+    part, colour_mm = views.deviation_part(seen, data.view.placed_part, INK, RenderMode.SHADED)
     if part is not None:
         reach = np.concatenate([reach, part.T_world_from_model.apply(part.mesh.vertices)])
     orbit, height = _best_view(reach, data.frame.rotation[2])
@@ -211,6 +210,7 @@ def _nearest(word: QRectF, anchor: QPointF) -> QPointF:
 
 _ROW = 52.0
 _NAME = 520.0
+_SECTION_HIGH = 800.0
 _BEYOND = 1.5
 """Deviations beyond this many half tolerances are drawn as an arrow."""
 
@@ -224,6 +224,13 @@ def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
     canvas.write_sentence(f"Band: tolerance about its middle. Whisker: {U_LABEL}.", SMALL)
     for item in shown:
         canvas.draw(_ROW, partial(_paint_deviation, item=item, canvas=canvas), item.result.name)
+        if views.is_section(item.result):
+            paint = partial(
+                views.paint_section, result=item.result, theme=INK, scale=_BOLDER,
+                translate=canvas.speech.word,
+            )  # fmt: skip
+            words = f"{canvas.speech.word('Section')}: {item.result.name}"
+            canvas.draw(_SECTION_HIGH, paint, words)
 
 
 def _place(item: report.ReportedResult) -> tuple[float, float] | None:

@@ -203,6 +203,30 @@ class JobPicture(scene.OrbitView):
             )
 
 
+class SectionView(kit.PaintedWidget):
+    """Deviations of a line in the plane of its section."""
+
+    def __init__(self) -> None:
+        super().__init__(tr("Section"), (420, 260), (240, 170))
+        self._result: CharacteristicResult | None = None
+        self.hide()
+
+    def show_result(self, result: CharacteristicResult | None) -> bool:
+        """Show a result; return whether it is one of a section."""
+        self._result = result if views.is_section(result) else None
+        self.setVisible(self._result is not None)
+        self.update()
+        return self._result is not None
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = self._painter()
+        inside = self._paint_panel(painter)
+        if self._result is not None:
+            views.paint_section(
+                painter, QRectF(inside).adjusted(8.0, 2.0, -8.0, -2.0), self._result, self._theme
+            )
+
+
 class DeviationView(JobPicture):
     """Deviations of the touched places."""
 
@@ -253,6 +277,9 @@ class DeviationView(JobPicture):
         wide, high = min(views.SCALE_PX[0] + 120.0, inside.width() - 16.0), views.SCALE_PX[1]
         below = QRectF(inside.left() + 8.0, inside.bottom() - high, wide, high)
         views.paint_scale(painter, below, self._seen, self._theme, reach_mm=self._part.reach_mm)
+
+    def is_filled(self) -> bool:
+        return bool(self._seen.whiskers)
 
     def is_painted(self) -> bool:
         still = self._still_scene(self._scene_box(self._inside()))

@@ -18,7 +18,7 @@ from ocmm_gui import kit
 from ocmm_gui.kit import later, tr
 from ocmm_gui.results._job_source import JobFileData, JobSource, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
-from ocmm_gui.results._result_table import DeviationView, JobPicture, ResultTable
+from ocmm_gui.results._result_table import DeviationView, JobPicture, ResultTable, SectionView
 from ocmm_gui.scene import Diamonds, Tag, paint_scene
 from ocmm_gui.views import job_items
 from ocmm_gui.work import SideProcess, WorkLine
@@ -131,7 +131,7 @@ class ResultsSheet(kit.Sheet):
         self.detail = ResultDetail()
         self.points = DrivingPoints()
         self.points.hide()
-        self.deviations = DeviationView()
+        self.deviations, self.section = DeviationView(), SectionView()
         self.file = kit.PathPanel(
             tr("Open the job from the file"), tr("File of the job"), tr("Open")
         )
@@ -141,7 +141,9 @@ class ResultsSheet(kit.Sheet):
         )
         self.summary = kit.FitText(tr("Summary"), limit=26, high=36)
         kit.fill(self.body, self.file, self.opening, self.summary)
-        left = kit.vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)
+        left = kit.vbox(
+            (self.table, 3), (self.section, 3), (self.deviations, 3), (self.points, 2), spacing=8
+        )
         self.body.addLayout(kit.hbox((left, 62), (self.detail, 38), spacing=10), 1)
         self.table.result_chosen.connect(self._show_detail)
         self.file.given.connect(self.open_file)
@@ -231,6 +233,8 @@ class ResultsSheet(kit.Sheet):
             return
         status = self._source.calibration or self._calibration()
         self.detail.show_result(self._source, result, status)
+        is_section = self.section.show_result(result)
+        self.deviations.setVisible(self.deviations.is_filled() and not is_section)
 
     def _show_points(self, found: object) -> None:
         up = self.detail.up()

@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     from ocmm_gui.views._part_picture import PartPicture, StepPicture, read_picture
     from ocmm_gui.views._placed import PartPlacement
     from ocmm_gui.views._point_view import PointView
+    from ocmm_gui.views._section_view import is_section, paint_section
     from ocmm_gui.views._shapes import seen_from, upright
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
     "SCALE_PX", "CameraViews", "PartPicture", "PartPlacement", "PointView", "StepPicture",
-    "deviation_colour", "deviation_items", "deviation_part", "deviations_of", "job_items",
-    "paint_scale", "read_picture", "scale_words", "seen_from", "shapes", "upright",
+    "deviation_colour", "deviation_items", "deviation_part", "deviations_of", "is_section",
+    "job_items", "paint_scale", "paint_section", "read_picture", "scale_words", "seen_from",
+    "shapes", "upright",
 ]  # fmt: skip

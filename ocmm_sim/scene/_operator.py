@@ -97,7 +97,7 @@ class _Timeline:
 class Operator:
     """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true.
 
-    ``paths``: distance of the points, mm, of features that the ball slides over.
+    ``paths``: distance of the points, mm, of features that the ball slides over; ``scans``: how.
     """
 
     def __init__(
@@ -108,8 +108,9 @@ class Operator:
         seed: int,
         period_s: float = 0.0,
         paths: Mapping[str, float] = MappingProxyType({}),
+        scans: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
-        self._part, self._paths = part, paths
+        self._part, self._paths, self._scans = part, paths, scans
         self._dwell_s = max(DWELL_S, kernels.BUTTON_DOWN_S + _WINDOW_FRAMES * period_s)
         self._tip_radius = tip_radius
         self._seed = seed
@@ -234,7 +235,8 @@ class Operator:
                     # The ball runs inside.
                     width = free_width(artefact)
                     length *= width / (width - 2.0 * self._tip_radius)
-                self._write_path(writer, artefact, slide(artefact, length), rng)
+                way = slide(artefact, length, self._scans.get(name, ""))
+                self._write_path(writer, artefact, way, rng)
                 continue
             if taken is not None:
                 there = np.array(taken.get(name, ())).reshape(-1, 3)

@@ -61,7 +61,7 @@ class VirtualRig:
         the probe.
     behind_body
         LEDs, from 0, permanently hidden by the probe's body.
-    paths
+    paths, scans
         As in `Operator`.
     """
 
@@ -77,6 +77,7 @@ class VirtualRig:
         reference: ReferenceBody | None = None,
         behind_body: Sequence[int] = (),
         paths: Mapping[str, float] = MappingProxyType({}),
+        scans: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         if not 0 <= seed < 2**63:
             raise InputError(
@@ -99,7 +100,7 @@ class VirtualRig:
         self._T_world_from_reference = _place_of(part) if reference is not None else None
         self._world = draw_world(rig, body, seed, self.options, reference)
         self._operator = Operator(
-            part, self._world.tip_radius, touches, seed, self.frame_period_ns * 1e-9, paths
+            part, self._world.tip_radius, touches, seed, self.frame_period_ns * 1e-9, paths, scans
         )
         self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
         self._ahead: dict[tuple[int, ...], tuple[object, int, FrameBlock]] = {}

@@ -40,6 +40,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0: as in the rig document."""
     reference: str = ""
     paths: dict[str, float] = {}
+    scans: dict[str, str] = {}
     """As in `Operator`."""
 
     def to_json(self) -> str:
@@ -59,6 +60,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             load_reference(Path(self.reference)) if self.reference else None,
             _behind_body(self.probe, body.identity),
             self.paths,
+            self.scans,
         )
 
 

@@ -270,16 +270,18 @@ _STICKS, _STICK_S = 0.02, (0.03, 0.12)
 """Stops per mm of path, and their duration."""
 _HOPS, _HOP_MM, _HOP_S = 0.01, (0.06, 0.3), 0.03
 """Losses of contact per mm of path, their height and duration."""
-_RIM = 0.1
+_RIM, _EDGE = 0.1, 0.06
+"""Margins of a free path and of a scan, as shares of the size."""
 _SLIDE_LEVELS = (0.35, 0.75)
 _POLE, _LOWEST = np.radians([8.0, 75.0])
 
 
-def slide(artefact: surfaces.Artefact, length: float) -> Contacts:
+def slide(artefact: surfaces.Artefact, length: float, scan: str = "") -> Contacts:
     """Return the places of a slide of at least ``length``, mm, `STEP_MM` apart.
 
     Planes: a zigzag over their largest free area; balls, bores, bosses and cones: a helix of one
-    turn or more; lines: once along. InputError for other surfaces.
+    turn or more, with the ``scan`` "ring" at one height; lines: once along. InputError for other
+    surfaces.
     """
     point, axis = np.array(artefact.point), unit(np.array(artefact.direction))
     first, second = perpendicular_pair(axis)
@@ -291,6 +293,9 @@ def slide(artefact: surfaces.Artefact, length: float) -> Contacts:
         # Three lines or more, over half the length or more.
         half = min(half, max(0.5 * half, length / 6.0))
         lines = max(int(np.ceil(length / (2.0 * half))), 3)
+        if scan == "raster":
+            rim, half = _EDGE * np.array([u1 - u0, v1 - v0]), (0.5 - _EDGE) * (u1 - u0)
+            lines = max(round(length / (u1 - u0)), 2)
         v = np.repeat(np.linspace(v0 + rim[1], v1 - rim[1], lines), 2)
         u = 0.5 * (u0 + u1) + np.resize([-half, half, half, -half], len(v))
         places = _dense(point + u[:, None] * along + v[:, None] * np.cross(axis, along))
@@ -318,7 +323,8 @@ def slide(artefact: surfaces.Artefact, length: float) -> Contacts:
         tilt = _POLE + (_LOWEST - _POLE) * share
         normals = np.cos(tilt) * axis + np.sin(tilt) * around
         return _contacts(point + radius * normals, normals)
-    level = _SLIDE_LEVELS[0] + (_SLIDE_LEVELS[1] - _SLIDE_LEVELS[0]) * share
+    levels = (0.5, 0.5) if scan == "ring" else _SLIDE_LEVELS
+    level = levels[0] + (levels[1] - levels[0]) * share
     if isinstance(artefact, surfaces.BoreEntry):
         return _contacts(point - level * artefact.depth * axis + radius * around, -around)
     taper = 0.0

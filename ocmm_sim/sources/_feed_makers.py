@@ -238,6 +238,7 @@ def script_of(request: StationRequest, plan: Plan) -> scene.RigScript:
         frame_rate_hz=request.frame_rate_hz,
         reference=str(request.reference.absolute()) if request.reference is not None else "",
         paths={one.name: one.spacing for one in plan.features if one.spacing > 0.0},
+        scans={one.name: one.scan for one in plan.features if one.scan},
     )
 
 

@@ -2776,6 +2776,26 @@ Startet: {source}</translation>
         <source>Press on {name}, hold the button and slide {way:.0f} mm.</source>
         <translation>Auf {name} drücken, Taste halten und {way:.0f} mm gleiten.</translation>
     </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm around.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm ringsum gleiten.</translation>
+    </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm in a spiral.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm in einer Spirale gleiten.</translation>
+    </message>
+    <message>
+        <source>Press on {name}, hold the button and slide {way:.0f} mm in parallel lines.</source>
+        <translation>Auf {name} drücken, Taste halten und {way:.0f} mm in parallelen Linien gleiten.</translation>
+    </message>
+    <message>
+        <source>Lost contact. Put the ball back on the surface.</source>
+        <translation>Kontakt verloren. Kugel wieder auf die Fläche setzen.</translation>
+    </message>
+    <message>
+        <source>{share:.0f} % of the scan, {speed:.0f} mm/s. Release the button to finish.</source>
+        <translation>{share:.0f} % des Scans, {speed:.0f} mm/s. Zum Beenden Taste loslassen.</translation>
+    </message>
     <message numerus="yes">
         <source>Next: touch %n points on {name}.</source>
         <comment>Next: touch one point on {name}.</comment>
@@ -5077,6 +5097,14 @@ Startet: {source}</translation>
         <translation>Scannen: Abstand der Punkte; 0: Einzelantastungen</translation>
     </message>
     <message>
+        <source>Scan</source>
+        <translation>Scan</translation>
+    </message>
+    <message>
+        <source>Continuous probing: way over the surface; empty: free</source>
+        <translation>Scannen: Weg über die Fläche; leer: frei</translation>
+    </message>
+    <message>
         <source>Path by time, s</source>
         <translation>Bahn nach Zeit, s</translation>
     </message>
@@ -5237,12 +5265,32 @@ Startet: {source}</translation>
         <translation>Kegel: Höhe des Durchmessers; sonst 0</translation>
     </message>
     <message>
-        <source>Faces</source>
-        <translation>Flächen</translation>
+        <source>Section</source>
+        <translation>Schnitt</translation>
     </message>
     <message>
-        <source>Of the model, for a surface profile: what points are held against</source>
-        <translation>Des Modells, für ein Flächenprofil: womit Punkte verglichen werden</translation>
+        <source>Profile of a line: normal of the plane that cuts the features; else 0 0 0</source>
+        <translation>Linienprofil: Normale der Ebene, die die Elemente schneidet; sonst 0 0 0</translation>
+    </message>
+    <message>
+        <source>Section at, mm</source>
+        <translation>Schnitt bei, mm</translation>
+    </message>
+    <message>
+        <source>A point of that plane, part frame: x y z</source>
+        <translation>Ein Punkt dieser Ebene, Werkstücksystem: x y z</translation>
+    </message>
+    <message>
+        <source>Section width, mm</source>
+        <translation>Schnittbreite, mm</translation>
+    </message>
+    <message>
+        <source>Largest distance of points from the plane</source>
+        <translation>Größter Abstand der Punkte von der Ebene</translation>
+    </message>
+    <message>
+        <source>Faces</source>
+        <translation>Flächen</translation>
     </message>
     <message>
         <source>Plan name, used for file names</source>
@@ -5317,6 +5365,18 @@ Startet: {source}</translation>
         <translation>Oberfläche, Achse, Mitte; Mitte einer Geraden</translation>
     </message>
     <message>
+        <source>ring</source>
+        <translation>Ring</translation>
+    </message>
+    <message>
+        <source>spiral</source>
+        <translation>Spirale</translation>
+    </message>
+    <message>
+        <source>raster</source>
+        <translation>parallele Linien</translation>
+    </message>
+    <message>
         <source>Letters, digits, spaces, _ . - /</source>
         <translation>Buchstaben, Ziffern, Leerzeichen, _ . - /</translation>
     </message>
@@ -5331,6 +5391,10 @@ Startet: {source}</translation>
     <message>
         <source>proposed: not yet set; change or confirm them</source>
         <translation>vorgeschlagen: noch nicht gesetzt; ändern oder bestätigen</translation>
+    </message>
+    <message>
+        <source>Of the model, for a profile: what points are held against</source>
+        <translation>Des Modells, für ein Profil: womit Punkte verglichen werden</translation>
     </message>
     <message>
         <source>Constructed features</source>
@@ -5391,6 +5455,10 @@ Startet: {source}</translation>
     <message>
         <source>Centres, or all probed points</source>
         <translation>Mitten, oder alle Messpunkte</translation>
+    </message>
+    <message>
+        <source>Plane near which points count; or empty</source>
+        <translation>Ebene, in deren Nähe Punkte zählen; oder leer</translation>
     </message>
     <message>
         <source>Three holes or more</source>
@@ -9921,6 +9989,30 @@ Startet: {source}</translation>
     <message>
         <source>The ball slides too fast for points. The next step states its speed.</source>
         <translation>Die Kugel gleitet zu schnell für Punkte. Der nächste Schritt nennt ihre Geschwindigkeit.</translation>
+    </message>
+    <message>
+        <source>Lost contact</source>
+        <translation>Kontakt verloren</translation>
+    </message>
+    <message>
+        <source>three short taps, falling</source>
+        <translation>dreimal kurz, fallend</translation>
+    </message>
+    <message>
+        <source>The ball is off the surface while it slides. The next step says so.</source>
+        <translation>Die Kugel ist beim Gleiten nicht auf der Fläche. Der nächste Schritt nennt es.</translation>
+    </message>
+    <message>
+        <source>Scan complete</source>
+        <translation>Scan vollständig</translation>
+    </message>
+    <message>
+        <source>four short, rising</source>
+        <translation>viermal kurz, steigend</translation>
+    </message>
+    <message>
+        <source>The ball has covered the scan. The next step states 100 %.</source>
+        <translation>Die Kugel hat den Scan erfasst. Der nächste Schritt nennt 100 %.</translation>
     </message>
     <message>
         <source>Approach</source>

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_cad.profiles import with_profiles
 from ocmm_cad.step import Choice, StepModel, chosen, faces_account, offers_of, read_model
 from ocmm_cli import app
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import Plan, load_plan, new_plan, with_alignment, with_profiles
+from ocmm_core.inspection.plan import Plan, load_plan, new_plan, with_alignment
 from ocmm_core.part_model import nearest_feet, searched
 from tests.cad.free_form_models import FREE_FORM_MODELS, written_model
 from tests.cad.step_models import off_mm

@@ -276,8 +276,42 @@ def path_plan(folder: Path) -> Path:
             kept.append(feature)
     file = folder / "paths.toml"
     diameter = after.partition(mark)[0]
-    file.write_text("[[features]]".join([head, *kept]) + mark + diameter, "utf-8")
+    section = f"""{mark}
+name = "Ball in section"
+kind = "line profile"
+features = ["SPHERE"]
+upper = 0.2
+cut = [1.0, 0.0, 0.0]
+cut_at = [-140.0, 0.0, 50.0]
+within = 1.9
+"""
+    file.write_text("[[features]]".join([head, *kept]) + mark + diameter + section, "utf-8")
     return file
+
+
+def edges_of(path: Path) -> list[Float]:
+    """Return the vertices (n, 3) of every wire of a STEP file, read by another program."""
+    needs_package("OCP", "./run setup --step")
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    from ocmm_cad.step.brep._library import static
+
+    reader = STEPControl_Reader()
+    assert reader.ReadFile(str(path)) == IFSelect_ReturnStatus.IFSelect_RetDone
+    reader.TransferRoots()
+    edges = TopExp_Explorer(reader.OneShape(), TopAbs_ShapeEnum.TopAbs_EDGE)
+    found = []
+    while edges.More():
+        curve = BRepAdaptor_Curve(static(TopoDS, "Edge")(edges.Current())).BSpline()
+        poles = [curve.Pole(k) for k in range(1, curve.NbPoles() + 1)]
+        found.append(np.array([[one.X(), one.Y(), one.Z()] for one in poles]))
+        edges.Next()
+    return found
 
 
 @pytest.mark.slow
@@ -289,9 +323,21 @@ def test_a_section_of_a_path_is_in_the_order_of_the_path(
     measured = ocmm_here("measure", "--plan", plan, "--rig", calm_rig, "--out", out)
     assert measured.returncode == 0, measured.stderr
     (job,) = out.glob("*.ocmm")
-    done = ocmm_here("report", job, "--section", "-142,17,35;1,0,0;2", "--out", tmp_path / "cut")
+    done = ocmm_here("report", job, "--section", "-142,17,35;1,0,0;1.9", "--out", tmp_path / "cut")
     assert done.returncode == 0, done.stderr
     rows = rows_of(written(tmp_path / "cut", "_section1.csv"))
+    planned = ocmm_here("report", job, "--section", "plan", "--out", tmp_path / "planned")
+    assert planned.returncode == 0, planned.stderr
+    # The part frame starts at bore A: the same plane in other coordinates.
+    by_plan = rows_of(written(tmp_path / "planned", "_section1.csv"))
+    assert [row["Number"] for row in by_plan] == [row["Number"] for row in rows]
+    edges = edges_of(written(tmp_path / "cut", "_section1.stp"))
+    drawn = np.vstack(edges)
+    lonely = [one for one in {row["Curve"] for row in rows} if sum(
+        row["Curve"] == one for row in rows) == 1]  # fmt: skip
+    kept = [row for row in rows if row["Curve"] not in lonely]
+    wanted = [[float(row[axis]) for axis in "XYZ"] for row in kept]
+    assert drawn == pytest.approx(np.array(wanted), abs=1e-4)
     ball = [row for row in rows if row["Feature"] == "SPHERE"]
     assert len(ball) > 10
     numbers = [int(row["Number"]) for row in ball]
@@ -314,7 +360,7 @@ def test_sections_of_two_jobs_do_not_replace_each_other(ocmm_here: Ocmm, tmp_pat
     section = ("--section", "-142,17,35;0,0,1;3", "--section", "-142,17,35;0,0,1;1")
     done = ocmm_here("report", TOUCHED, *section, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert len(list((tmp_path / "out").glob("*_section[12].*[vf]"))) == 4
+    assert len(list((tmp_path / "out").glob("*_section[12].*[vfp]"))) == 6
     twice = ocmm_here("report", TOUCHED, TOUCHED, *section, "--out", tmp_path / "twice")
     assert twice.returncode != 0
     assert "Two jobs have the same name" in twice.stderr

@@ -179,7 +179,10 @@ def add_characteristics(
         _target(writer, nominal, reported, kind, word)
         if word == "LineProfile":
             run = [features[one] for one in result.features if one in features]
-            writer.add(nominal, "Vector", _plane_of_profile(run, data.frame))
+            across = None if result.seen is None else result.seen.across
+            of_cut = None if across is None else data.frame.rotation @ across
+            plane = _plane_of_profile(run, data.frame) if of_cut is None else of_cut
+            writer.add(nominal, "Vector", plane)
         item = writer.add(lists.items, f"{word}CharacteristicItem", own_id=True)
         writer.add(item, "Name", name)
         writer.add(writer.add(item, "CharacteristicDesignator"), "Designator", name)

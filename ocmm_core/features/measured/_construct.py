@@ -71,6 +71,10 @@ class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
     through: Literal["centres", "points"] = "centres"
     """``"centres"``: points and centres of the features; ``"points"``: their touches, each
     compensated along the normal of its own feature."""
+    plane: str = ""
+    """A plane that cuts the features: only their points near it count, and a circle lies in it."""
+    within: float = 0.5
+    """mm: distance from that plane up to which points count."""
 
 
 class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):
@@ -127,6 +131,7 @@ Construction: TypeAlias = (
 def needed_features(construction: Construction) -> tuple[str, ...]:
     """Return the names of all features that a construction needs, each once."""
     extra = (construction.towards,) if isinstance(construction, Offset) else ()
+    extra = (construction.plane,) if isinstance(construction, FitThrough) else extra
     return tuple(dict.fromkeys(name for name in (*construction.features, *extra) if name))
 
 
@@ -258,7 +263,7 @@ def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str,
         case Offset():
             return _offset(item, shapes)
         case FitThrough():
-            return _fit_through(item, shapes, probed)
+            return _fit_through(item, known, shapes, probed)
         case BoltCircle():
             _least(shapes, 3, "a bolt circle")
             _all(shapes, CENTRED)
@@ -320,9 +325,17 @@ def _offset(item: Offset, shapes: Sequence[Shape]) -> Shape:
     return shapes[0]
 
 
-def _fit_through(item: FitThrough, shapes: Sequence[Shape], probed: Mapping[str, Shape]) -> Shape:
+def _fit_through(
+    item: FitThrough, known: Mapping[str, Shape], shapes: Sequence[Shape],
+    probed: Mapping[str, Shape],
+) -> Shape:  # fmt: skip
     if item.shape is Shape.POINT:
         raise _FaultError("shape", "is a point, which cannot be fitted")
+    if item.plane:
+        if item.through != "points" or not item.within > 0.0:
+            raise _FaultError("plane", "goes with 'through' points and a 'within' above zero")
+        if known[item.plane] is not Shape.PLANE:
+            raise _FaultError("plane", f"names {item.plane!r}, which is not a plane")
     if item.through == "points":
         for name in item.features:
             if name not in probed:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements import distance_derivatives, surface_normals
+from ocmm_core.features.elements import distance_derivatives, fit_circle_projected, surface_normals
 from ocmm_core.features.measured import _construct_geometry as geometry_of
 from ocmm_core.features.measured._actual import ActualFeature
 from ocmm_core.features.measured._construct import (
@@ -40,10 +40,9 @@ from ocmm_core.features.measured._construct import (
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import (
-    ACROSS,
     DIRECTION,
     GEOMETRY_SIZE,
-    HALF_ANGLE,
+    MINIMUM_POINTS,
     POINT,
     RADIUS,
     SECOND,
@@ -52,8 +51,9 @@ from ocmm_core.features.shapes import (
     Shape,
     element,
     nominal_geometry,
+    nominal_of,
 )
-from ocmm_core.geometry import Float, Points3, triple, unit
+from ocmm_core.geometry import Float, Points3, unit
 from ocmm_core.measuring import DeviationRows, Rows
 
 _SHOWS = 0.05
@@ -81,12 +81,18 @@ def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
     return unambiguous(fit_shape(shape, centres, direction_hint=_sense(shape, centres)))
 
 
-def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Through:
+def fit_through_points(
+    shape: Shape,
+    features: Sequence[ActualFeature],
+    plane: ActualFeature | None = None,
+    within: float = 0.0,
+) -> Through:
     """Return the least-squares element through the touched points of probed features.
 
     Each ball centre is compensated along the normal of its own feature. The uncertainty of this
     normal moves the point tangentially only, without first-order effect if the features are parts
-    of the element. FitError if a feature has no normal, or the points do not determine the element.
+    of the element. With ``plane`` only points up to ``within``, mm, from it count, and a circle
+    lies in it. FitError if a feature has no normal, or the points do not determine the element.
     """
     surface, faces = [], []
     places: list[int] = []
@@ -106,7 +112,14 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
         places += touches.places
     points, outward = np.vstack(surface), np.vstack(faces)
     hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
-    fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
+    if plane is not None:
+        near = np.abs((points - plane.fit.point) @ plane.fit.direction) <= within
+        points, outward = points[near], outward[near]
+        places = np.array(places, dtype=np.int64)[near].tolist()
+    if plane is not None and shape is Shape.CIRCLE and len(points) >= MINIMUM_POINTS[shape]:
+        fit = unambiguous(fit_circle_projected(points, plane.fit.direction)[0])
+    else:
+        fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
     # A point moves like its ball centre, less the ball along its face.
     jacobian = Rows.of_points(places, fit.jacobian).with_radius(-fit.jacobian @ outward.ravel())
     by_geometry, normals = distance_derivatives(fit, points)
@@ -289,7 +302,12 @@ def _constructed(
     if isinstance(item, (FitThrough, BoltCircle)):
         through = _through(item, inputs)
         return ActualFeature(
-            nominal=_nominal(item.name, through.fit.shape, through.fit.geometry, nominal, inputs),
+            nominal=nominal_of(
+                item.name,
+                through.fit.shape,
+                through.fit.geometry if nominal is None else nominal,
+                side=inputs[0].nominal.side,
+            ),
             fit=through.fit,
             numbers=numbers,
             jacobian=through.jacobian,
@@ -307,7 +325,9 @@ def _constructed(
     nothing = np.zeros((GEOMETRY_SIZE, 0))
     fit = Fit(shape, geometry, nothing, np.zeros(0), 0.0, 0.0)
     return ActualFeature(
-        nominal=_nominal(item.name, shape, geometry, nominal, inputs),
+        nominal=nominal_of(
+            item.name, shape, geometry if nominal is None else nominal, side=inputs[0].nominal.side
+        ),
         fit=fit,
         numbers=numbers,
         jacobian=jacobian,
@@ -317,7 +337,8 @@ def _constructed(
 
 def _through(item: FitThrough | BoltCircle, inputs: Sequence[ActualFeature]) -> Through:
     if isinstance(item, FitThrough) and item.through == "points":
-        return fit_through_points(item.shape, inputs)
+        cut = inputs[-1] if item.plane else None
+        return fit_through_points(item.shape, inputs[: len(item.features)], cut, item.within)
     shape = item.shape if isinstance(item, FitThrough) else Shape.CIRCLE
     centres = np.array([feature.fit.point for feature in inputs])
     moves = Rows.stacked([feature.jacobian[POINT] for feature in inputs])
@@ -351,24 +372,3 @@ def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
     if shapes[0] in CENTRED:
         return geometry_of.dropped_on_plane(what, onto)
     return geometry_of.line_in_plane(what, onto)
-
-
-def _nominal(
-    name: str, shape: Shape, geometry: Float, nominal: Float | None, inputs: Sequence[ActualFeature]
-) -> NominalFeature:
-    """Return the nominal from those of its features; else the measured geometry, world frame."""
-    said = geometry if nominal is None else nominal
-    long = np.any(said[ACROSS])
-    return NominalFeature(
-        name=name,
-        shape=shape,
-        points=0,
-        point=triple(said[POINT]),
-        direction=triple(said[DIRECTION]) if np.any(said[DIRECTION]) else (0.0, 0.0, 1.0),
-        diameter=0.0 if long else 2.0 * float(said[RADIUS]),
-        length=2.0 * float(said[RADIUS]) if long else 0.0,
-        width=2.0 * float(said[SECOND]),
-        angle_deg=float(np.degrees(2.0 * said[HALF_ANGLE])),
-        across=triple(said[ACROSS]) if long else (1.0, 0.0, 0.0),
-        side=inputs[0].nominal.side,
-    )

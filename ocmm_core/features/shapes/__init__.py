@@ -11,7 +11,7 @@ from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import (
-        CRITERIA, NominalFeature, nominal_geometry, shape_fault,
+        CRITERIA, NominalFeature, nominal_geometry, nominal_of, shape_fault,
     )  # fmt: skip
     from ocmm_core.features.shapes._points_file import PointsFile, read_points_file
     from ocmm_core.features.shapes._shape import Shape
@@ -29,5 +29,5 @@ __all__ = [
     "ACROSS", "CRITERIA", "DIRECTION", "GEOMETRY_NAMES", "GEOMETRY_SIZE", "HALF_ANGLE",
     "MINIMUM_POINTS", "MOST_POINTS", "POINT", "RADIUS", "SECOND", "BallWay", "Criterion", "Fit",
     "NominalFeature", "PointsFile", "QifShape", "Shape", "ShapeSpec", "Size", "element", "make_fit",
-    "nominal_geometry", "read_points_file", "shape_fault", "shapes_where",
+    "nominal_geometry", "nominal_of", "read_points_file", "shape_fault", "shapes_where",
 ]  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.camera import Vector3
 from ocmm_core.features.shapes._shape import Shape
 from ocmm_core.features.shapes._specs import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, Criterion
-from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.geometry import Float, perpendicular_pair, triple, unit
 
 
 class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -60,6 +60,8 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     gates: Vector3 = (0.0, 0.0, 0.0)
     """Of a path: normal, part frame, of planes ``spacing`` apart from ``point``; the first crossing
     of each in this direction gives a point. Zero without."""
+    scan: Literal["", "ring", "spiral", "raster"] = ""
+    """Of a path: ring, spiral, or parallel lines over a face. Empty: anywhere."""
     sheet: float = 0.0
     sheet_limit: float = 0.0
     """`sheet`, `sheet_limit`: mm: thickness of a sheet touched on the other side than that of the
@@ -98,6 +100,19 @@ def nominal_geometry(nominal: NominalFeature) -> Float:
             across = perpendicular_pair(direction)[0]
         geometry[ACROSS] = unit(across)
     return geometry
+
+
+def nominal_of(
+    name: str, shape: Shape, geometry: Float, points: int = 0, **more: object
+) -> NominalFeature:
+    """Return the nominal feature of a geometry vector (12,); inverse of `nominal_geometry`."""
+    if np.any(geometry[DIRECTION]):
+        more["direction"] = triple(geometry[DIRECTION])
+    if shape.spec.has_across:
+        more["across"] = triple(geometry[ACROSS])
+    more |= {size.field: size.whole(geometry) for size in shape.spec.sizes}
+    bare = NominalFeature(name=name, shape=shape, points=points, point=triple(geometry[POINT]))
+    return msgspec.structs.replace(bare, **more)
 
 
 _ROUND_ENDS = (Shape.ELLIPSE, Shape.ROUND_SLOT)

@@ -17,9 +17,9 @@ from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
 from ocmm_core.inspection.evaluation._view import Coverage
 from ocmm_core.measuring import MeasuredPoint
 
-_EDGE = 0.06
+EDGE = 0.06
 """Margin of touches to the ends, as a share of the length."""
-_LEVELS = 0.3
+LEVELS = 0.3
 """Distance of the levels around an axis from its middle, as a share of the length."""
 _MANY = 12
 """Points from which three levels are touched instead of two."""
@@ -37,9 +37,9 @@ class Places:
 NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
 
 
-def _spread(count: int) -> Float:
+def spread(count: int) -> Float:
     """Return ``count`` places from -0.5 to 0.5, away from the ends."""
-    return np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
+    return np.linspace(EDGE - 0.5, 0.5 - EDGE, count) if count > 1 else np.zeros(1)
 
 
 def across_of(nominal: NominalFeature) -> Float:
@@ -60,7 +60,7 @@ def along_line(
 ) -> Places:
     if nominal.length <= 0.0:
         return NOWHERE
-    along = _spread(count) * nominal.length
+    along = spread(count) * nominal.length
     return Places(centre + along[:, None] * axis, np.zeros((count, 3)))
 
 
@@ -77,9 +77,9 @@ def on_plane(
         columns = int(np.clip(columns, 2, count - 2))
     rows = -(-count // columns)
     points = []
-    for row, v in enumerate(_spread(rows)):
+    for row, v in enumerate(spread(rows)):
         here = min(columns, count - row * columns)
-        line = _spread(here) if here > 1 else np.array([0.0 if rows == 1 else 0.5 - _EDGE])
+        line = spread(here) if here > 1 else np.array([0.0 if rows == 1 else 0.5 - EDGE])
         line = line[::-1] if row % 2 else line
         points += [
             centre + u * nominal.length * along + v * nominal.width * np.cross(axis, along)
@@ -92,7 +92,7 @@ def _turns(count: int, offset: float = 0.0) -> Float:
     return 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
 
 
-def _radial(first: Float, second: Float, turns: Float) -> Float:
+def radial(first: Float, second: Float, turns: Float) -> Float:
     return np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
 
 
@@ -104,7 +104,7 @@ def around_axis(
     levels = np.zeros(1)
     if not nominal.shape.spec.is_flat and nominal.length > 0.0:
         levels = (
-            _LEVELS
+            LEVELS
             * nominal.length
             * (np.array([-1.0, 1.0]) if count < _MANY else np.array([-1.0, 0.0, 1.0]))
         )
@@ -112,10 +112,10 @@ def around_axis(
     points, normals = [], []
     shares = [len(part) for part in np.array_split(np.arange(count), len(levels))]
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
-        radial = _radial(first, second, _turns(share, 0.5 * (number % 2)))
+        around = radial(first, second, _turns(share, 0.5 * (number % 2)))
         radius = 0.5 * nominal.diameter + level * np.tan(half)
-        points.append(centre + level * axis + radius * radial)
-        normals.append(sign * (np.cos(half) * radial - np.sin(half) * axis))
+        points.append(centre + level * axis + radius * around)
+        normals.append(sign * (np.cos(half) * around - np.sin(half) * axis))
     return Places(np.concatenate(points), np.concatenate(normals))
 
 
@@ -132,7 +132,7 @@ def _cap(axis: Float, count: int) -> Float:
     # The first one is the pole, the easiest to find.
     heights = heights + (1.0 - heights[0]) * np.linspace(1.0, 0.0, count)
     rings = np.sqrt(np.maximum(1.0 - heights**2, 0.0))
-    cap: Float = heights[:, None] * axis + rings[:, None] * _radial(
+    cap: Float = heights[:, None] * axis + rings[:, None] * radial(
         first, second, _GOLDEN * np.arange(count)
     )
     return cap
@@ -141,10 +141,10 @@ def _cap(axis: Float, count: int) -> Float:
 def on_torus(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    radial = _radial(*perpendicular_pair(axis), _turns(count))
+    around = radial(*perpendicular_pair(axis), _turns(count))
     tilt = np.radians(60.0) * (np.arange(count) % 3 - 1.0)
-    normals = np.cos(tilt)[:, None] * axis + np.sin(tilt)[:, None] * radial
-    ring = centre + 0.5 * nominal.diameter * radial
+    normals = np.cos(tilt)[:, None] * axis + np.sin(tilt)[:, None] * around
+    ring = centre + 0.5 * nominal.diameter * around
     return Places(ring + sign * 0.5 * nominal.width * normals, normals)
 
 
@@ -193,7 +193,7 @@ def _rectangle(a: float, b: float, count: int) -> tuple[Float, Float]:
         (sides - sides // 2, a, b, False), (ends // 2, b, a, True),
         (sides // 2, -a, -b, False), (ends - ends // 2, -b, -a, True),
     ):  # fmt: skip
-        for step in 2.0 * 0.8 * _spread(share) if share else ():
+        for step in 2.0 * 0.8 * spread(share) if share else ():
             place, normal = (size * step, other), (0.0, float(np.sign(other)))
             points.append(place[::-1] if turned else place)
             normals.append(normal[::-1] if turned else normal)

@@ -166,6 +166,32 @@ SURFACES = {
 }
 
 
+def _along_scan(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    """Return places along the scan of a plan, evenly and in its order."""
+    share, length = np.linspace(0.0, 1.0, count), nominal.spacing * count
+    if nominal.scan == "raster":
+        along, lines = across_of(nominal), max(round(length / nominal.length), 2)
+        ends = np.array([-0.5, 0.5, 0.5, -0.5]) * (1.0 - 2.0 * places.EDGE) * nominal.length
+        u, v = np.resize(ends, 2 * lines), np.repeat(places.spread(lines) * nominal.width, 2)
+        way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(u), np.diff(v)))])
+        flat = [np.interp(share * way[-1], way, corner)[:, None] for corner in (u, v)]
+        points = centre + flat[0] * along + flat[1] * np.cross(axis, along)
+        return Places(points, np.tile(axis, (count, 1)))
+    radius, half = 0.5 * nominal.diameter, np.radians(0.5 * nominal.angle_deg)
+    turns = 1.0 if nominal.scan == "ring" else max(length / (2.0 * np.pi * radius), 1.0)
+    around = places.radial(*perpendicular_pair(axis), 2.0 * np.pi * turns * share)
+    if nominal.shape is Shape.SPHERE:
+        tilt = 0.5 * np.pi * share[:, None]
+        normals = np.cos(tilt) * axis + np.sin(tilt) * around
+        return Places(centre + sign * radius * normals, normals)
+    reach = 0.0 if nominal.scan == "ring" else places.LEVELS * nominal.length
+    level = sign * reach * (2.0 * share - 1.0)
+    points = centre + level[:, None] * axis + (radius + level * np.tan(half))[:, None] * around
+    return Places(points, sign * (np.cos(half) * around - np.sin(half) * axis))
+
+
 def places_of(nominal: NominalFeature, count: int) -> Places:
     """Return ``count`` places on the nominal surface.
 
@@ -176,7 +202,8 @@ def places_of(nominal: NominalFeature, count: int) -> Places:
     if named is not None:
         return named
     axis, centre = unit(np.array(nominal.direction)), np.array(nominal.point)
-    return SURFACES[nominal.shape].places(nominal, centre, axis, _sign(nominal), count)
+    on_it = _along_scan if nominal.scan else SURFACES[nominal.shape].places
+    return on_it(nominal, centre, axis, _sign(nominal), count)
 
 
 def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:

@@ -180,6 +180,7 @@ class FeatureView:
     compensation: str = "approach"
     """Detection of the side of the material: one of `measuring.compensation.METHODS`."""
     spacing: float = 0.0
+    scan: str = ""
     """Of continuous probing, mm: distance of the points along a path; 0 for single touches."""
 
     @property

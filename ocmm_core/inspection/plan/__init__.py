@@ -6,8 +6,8 @@ TOML that reads back to the same plan.
 Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder or
 a job), `_findings` (contradictions), `_environment` (required and noted ambient
 conditions), `_edit` (changes: a plan in, another one out; teaching), `_file_beside` (pictures, and
-the model of the part that is shown). Imports: `_csv` and `_surface_profile` (of faces of the
-model); `_requirements` keeps the account of imported files. It must not know points or sessions.
+the model of the part that is shown). Imports: `_csv` (tables); `_requirements` keeps the account of
+imported files. It must not know points or sessions.
 """
 
 from ocmm_core.lazy_exports import TYPE_CHECKING, lazy_exports
@@ -39,23 +39,19 @@ if TYPE_CHECKING:
         PlanSource, Requirement, RequirementState, requirement_count, requirement_states, source_of,
         with_requirements,
     )  # fmt: skip
-    from ocmm_core.inspection.plan._surface_profile import (
-        USUAL_BALL_RADIUS, with_model_fit, with_profiles,
-    )  # fmt: skip
 else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "EDITED", "HEAD_FIELDS", "MAX_EXPANSION_PPM", "USUAL_BALL_RADIUS", "CadModel",
-    "EnvironmentLimits", "FeatureTable", "Material", "NotedRoom", "PartOfPlan", "Plan",
-    "PlanFinding", "PlanSource", "PlanSummary", "Requirement", "RequirementState",
-    "add_characteristic", "add_construction", "add_feature", "carry_model", "carry_pictures",
-    "check_plan", "climate_for", "environment_doubt", "environment_words", "feature_table",
-    "list_plans", "load_plan", "material_expansion", "move_item", "new_plan", "note_release",
-    "note_room_in", "noted_rooms", "part_of_plan", "plan_card", "plan_findings", "plan_release",
-    "read_plan", "release_in_job", "release_plan", "remove_item", "replace_item",
-    "require_consistent", "require_released", "requirement_count", "requirement_states",
-    "save_plan", "source_of", "step_fault", "stored_plan", "taught_plan", "usual_points",
-    "with_alignment", "with_head", "with_model", "with_model_fit", "with_picture", "with_profiles",
+    "EDITED", "HEAD_FIELDS", "MAX_EXPANSION_PPM", "CadModel", "EnvironmentLimits", "FeatureTable",
+    "Material", "NotedRoom", "PartOfPlan", "Plan", "PlanFinding", "PlanSource", "PlanSummary",
+    "Requirement", "RequirementState", "add_characteristic", "add_construction", "add_feature",
+    "carry_model", "carry_pictures", "check_plan", "climate_for", "environment_doubt",
+    "environment_words", "feature_table", "list_plans", "load_plan", "material_expansion",
+    "move_item", "new_plan", "note_release", "note_room_in", "noted_rooms", "part_of_plan",
+    "plan_card", "plan_findings", "plan_release", "read_plan", "release_in_job", "release_plan",
+    "remove_item", "replace_item", "require_consistent", "require_released", "requirement_count",
+    "requirement_states", "save_plan", "source_of", "step_fault", "stored_plan", "taught_plan",
+    "usual_points", "with_alignment", "with_head", "with_model", "with_picture",
     "with_requirements", "without_file",
 ]  # fmt: skip

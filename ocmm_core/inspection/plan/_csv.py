@@ -1,8 +1,8 @@
 """Features of a plan from a table in text, e.g. from a spreadsheet.
 
 The first line names the columns, in any order: ``name``, ``shape``, ``x``, ``y``, ``z`` are
-required; ``i``, ``j``, ``k``, ``diameter``, ``length``, ``width``, ``angle``, ``side``, ``points``
-and ``text`` are optional. Headings may state units ("x [inch]"); the default is mm and degrees.
+required, those of `OPTIONAL` are not. Headings may state units ("x [inch]"); the default is mm, s
+and degrees.
 Encodings, separators and decimal signs: `ocmm_core.tables`.
 """
 
@@ -12,8 +12,8 @@ import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
+import msgspec
 import numpy as np
 
 from ocmm_core import tables
@@ -27,10 +27,21 @@ from ocmm_core.units import named_unit, scaled
 
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
-    "i", "j", "k", "diameter", "length", "width", "angle", "side", "points", "text",
+    "i", "j", "k", "diameter", "length", "width", "angle", "side", "points", "text", "projection",
+    "compensation", "scan", "spacing", "interval", "turn", "gate_i", "gate_j", "gate_k", "sheet",
+    "sheet_limit",
 )  # fmt: skip
-_LENGTHS = ("x", "y", "z", "diameter", "length", "width")
-_NUMBERS = (*_LENGTHS, "i", "j", "k", "angle")
+_SIZES = ("diameter", "length", "width", "spacing", "sheet", "sheet_limit")
+_LENGTHS = ("x", "y", "z", *_SIZES)
+_ANGLES = {"angle": "angle_deg", "turn": "turn_deg"}
+_WAYS = {("i", "j", "k"): "direction", ("gate_i", "gate_j", "gate_k"): "gates"}
+_NUMBERS = (*_LENGTHS, *_ANGLES, *(name for names in _WAYS for name in names), "interval")
+_WORDS = {
+    "side": ("outer", "inner"),
+    "compensation": ("", "approach", "pulled", "shank", "nominal"),
+    "scan": ("", "ring", "spiral", "raster"),
+}
+_SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 LARGEST_BYTES = 2_000_000
 _LARGEST = 1e15
 MOST_FEATURES = 1000
@@ -110,9 +121,14 @@ def feature_table(path: Path | str, options: tables.TableOptions | None = None) 
     unit = table.unit(present, options)
     factors = np.broadcast_to(unit.factors, (1, len(present))).ravel().tolist()
     scales = dict(zip(present, factors, strict=True))
-    if "angle" in table.units:
-        line, text = table.units["angle"]
-        scales["angle"] = named_unit(text, "angle", table.path, line).factor
+    for column, (line, text) in table.units.items():
+        if column in _ANGLES:
+            scales[column] = named_unit(text, "angle", table.path, line).factor
+        elif column == "interval":
+            if text not in _SECONDS:
+                wrong = _Cell(table.path, line, column, text)
+                raise wrong.fault("is not a unit of time", f"Use one of {', '.join(_SECONDS)}.")
+            scales[column] = _SECONDS[text]
     found: list[NominalFeature] = []
     lines: dict[str, int] = {}
     for row in table.rows:
@@ -147,28 +163,39 @@ def _feature(
         column: scaled(_number(table, cells.get(column)), scales.get(column, 1.0))
         for column in _NUMBERS
     }
-    direction = (values["i"], values["j"], values["k"])
-    if any(direction) and abs(math.hypot(*direction) - 1.0) > _UNIT_VECTOR:
-        shown = ", ".join(f"{value:g}" for value in direction)
-        raise InputError(
-            "plan.csv",
-            f"{table.path}, line {row.line}, columns i, j, k: the direction ({shown}) has the "
-            f"length {math.hypot(*direction):.4g}, not 1.",
-            "Give the direction as a unit vector, such as 0, 0, 1.",
-        )
-    return NominalFeature(
+    ways: dict[str, tuple[float, float, float]] = {}
+    for columns, field in _WAYS.items():
+        x, y, z = (values[column] for column in columns)
+        if any((x, y, z)):
+            ways[field] = (x, y, z)
+            _check_unit_vector(table, row, columns, ways[field])
+    feature = NominalFeature(
         name=name.text,
         shape=shape,
         points=_points(cells.get("points"), shape),
         point=(values["x"], values["y"], values["z"]),
-        direction=direction if any(direction) else (0.0, 0.0, 1.0),
-        diameter=values["diameter"],
-        length=values["length"],
-        width=values["width"],
-        angle_deg=values["angle"],
-        side=_side(cells.get("side")),
         text=_text(cells.get("text")),
+        projection=normal_name(_text(cells.get("projection"))),
+        interval=values["interval"],
     )
+    sizes = {name: values[name] for name in _SIZES}
+    angles = {field: values[name] for name, field in _ANGLES.items()}
+    words = {name: _word(cells.get(name), allowed) for name, allowed in _WORDS.items()}
+    return msgspec.structs.replace(feature, **sizes, **angles, **ways, **words)
+
+
+def _check_unit_vector(
+    table: tables.TextTable, row: tables.TextRow, columns: tuple[str, ...],
+    way: tuple[float, float, float],
+) -> None:  # fmt: skip
+    if abs(math.hypot(*way) - 1.0) > _UNIT_VECTOR:
+        shown = ", ".join(f"{value:g}" for value in way)
+        raise InputError(
+            "plan.csv",
+            f"{table.path}, line {row.line}, columns {', '.join(columns)}: the direction ({shown}) "
+            f"has the length {math.hypot(*way):.4g}, not 1.",
+            "Give the direction as a unit vector, such as 0, 0, 1.",
+        )
 
 
 def _nominal_text(one: NominalFeature) -> str:
@@ -196,12 +223,11 @@ def _points(cell: _Cell | None, shape: Shape) -> int:
     return int(cell.text)
 
 
-def _side(cell: _Cell | None) -> Literal["outer", "inner"]:
-    if cell is None or cell.text.lower() in ("", "outer"):
-        return "outer"
-    if cell.text.lower() != "inner":
-        raise cell.fault("is not a side", "Write outer (shaft, ball, face) or inner (bore).")
-    return "inner"
+def _word(cell: _Cell | None, words: tuple[str, ...]) -> str:
+    text = "" if cell is None else cell.text.lower()
+    if cell is None or not text or text in words:
+        return text or words[0]
+    raise cell.fault("is not known", f"Use one of {', '.join(filter(None, words))}.")
 
 
 def _text(cell: _Cell | None) -> str:

@@ -29,7 +29,7 @@ EDITED = Path("the plan")
 """File name in messages about an unsaved plan."""
 
 _REFERENCES = {
-    "constructions": frozenset({"features", "towards"}),
+    "constructions": frozenset({"features", "towards", "plane"}),
     "characteristics": frozenset({"features", "datums"}),
     "features": frozenset({"projection"}),
     "requirements": frozenset({"nominals"}),

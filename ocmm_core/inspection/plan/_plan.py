@@ -40,6 +40,11 @@ WITH_TARGETS = (Shape.PLANE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TOR
 WITH_PATHS = (Shape.PLANE, Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE)
 """Shapes measured by continuous probing."""
 SPACINGS_MM = (0.2, 50.0)
+_SCANS = {
+    "ring": (Shape.CIRCLE,),
+    "spiral": (Shape.CYLINDER, Shape.CONE, Shape.SPHERE),
+    "raster": (Shape.PLANE,),
+}
 MOST_TARGETS = 1000
 FARTHEST_MM = 1e6
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
@@ -83,12 +88,19 @@ def spacing_fault(feature: NominalFeature) -> str:
     low, high = SPACINGS_MM
     options = (bool(feature.interval), bool(feature.turn_deg), any(feature.gates))
     if feature.spacing == 0.0:
-        return "is missing: the options of paths go with it" if any(options) else ""
+        given = any(options) or feature.scan
+        return "is missing: the options of paths go with it" if given else ""
     allowed = 0.0 <= feature.interval <= 10.0 and 0.0 <= feature.turn_deg <= 90.0
     if sum(options) > 1 or not allowed:
         return "goes with one of: 'interval' to 10 s, 'turn_deg' to 90 degrees, 'gates'"
     if feature.shape not in WITH_PATHS:
         return _only_for(WITH_PATHS)
+    if feature.scan:
+        if feature.shape not in _SCANS[feature.scan]:
+            return f"with the scan {feature.scan!r} {_only_for(_SCANS[feature.scan])}"
+        missing = not feature.length or (feature.scan == "raster" and not feature.width)
+        if missing and feature.shape not in (Shape.SPHERE, Shape.CIRCLE):
+            return "with a scan needs the length of the feature, and the width of a raster"
     if not low <= feature.spacing <= high:
         return f"is {feature.spacing:g}; it is {low:g} to {high:g} mm, or 0 for single touches"
     return ""

@@ -291,6 +291,7 @@ class _Seen:
             picture=nominal.picture,
             compensation=self._methods[name],
             spacing=nominal.spacing,
+            scan=nominal.scan,
         )
 
     def _constructed(self, name: str) -> evaluation.FeatureView:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from ocmm_core.camera import Rig
@@ -11,7 +14,13 @@ from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.fieldbus.described import REST_SPEED
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.inspection.evaluation import SessionOptions, nearness
+from ocmm_core.inspection.evaluation import (
+    SessionOptions,
+    Target,
+    Whereabouts,
+    nearness,
+    targets_of,
+)
 from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._job_points import ReferenceUse
 from ocmm_core.inspection.session._step_log import JobLedger
@@ -21,6 +30,7 @@ from ocmm_core.measuring import (
     MeasuredPoint,
     Path,
     PathPoints,
+    PathProgress,
     PathSurface,
     Refusal,
     RefusalCode,
@@ -39,6 +49,31 @@ _LEAST_POINTS = 3
 _NORMAL_EVERY_MM = 0.5
 _MOST_FITTED = 400
 _FITS, _LIFTED_MM = 3, 0.1
+_REACH_MM, _SHOWN_LIFT_MM = 2.0, 0.5
+"""Distance from the ball up to which a place counts as covered, and height of a lifted ball."""
+
+
+class ScanGuide:
+    """Open targets of a scan, covered by a ball that slides over them."""
+
+    def __init__(
+        self, nominal: NominalFeature, targets: Sequence[Target],
+        T_nominal_from_world: RigidTransform, radius: float,
+    ) -> None:  # fmt: skip
+        self._nominal, self._place, self._radius = nominal, T_nominal_from_world, radius
+        self._balls = np.array([one.ball_world for one in targets]).reshape(-1, 3)
+        self._reach = max(_REACH_MM, nominal.spacing)
+
+    def follow(self, path: PathProgress, tips_world: Float) -> PathProgress:
+        """Return the progress after further ball centres (n, 3), mm."""
+        tips = tips_world[np.isfinite(tips_world).all(axis=1)]
+        if not len(tips):
+            return path
+        apart = np.linalg.norm(tips[:, None] - self._balls, axis=2)
+        self._balls = self._balls[(apart > self._reach).all(axis=0)]
+        gap = nearness(self._nominal, self._place.apply(tips[-1]), self._radius).gap
+        covered = 1.0 - len(self._balls) / self._nominal.points
+        return replace(path, covered=covered, lifted=gap > _SHOWN_LIFT_MM)
 
 
 class PathIntake:
@@ -55,6 +90,8 @@ class PathIntake:
     ) -> None:
         self._ledger, self._rig, self._body = ledger, rig, body
         self._options, self._reference, self._assignment = options, reference, assignment
+        self._guide: ScanGuide | None = None
+        self._follows = False
 
     @property
     def expected(self) -> bool:
@@ -62,6 +99,28 @@ class PathIntake:
         with self._ledger.lock:
             active = self._ledger.progress.active
             return bool(active) and self._ledger.plan.feature(active).spacing > 0.0
+
+    def followed(self, path: PathProgress | None, tips_world: Float) -> PathProgress | None:
+        """Return the state of an open path with contact and coverage of the planned scan.
+
+        ``tips_world`` (n, 3), mm: the latest ball centres. Guides only: no result depends on it.
+        """
+        if path is not None and not self._follows:
+            with self._ledger.lock:
+                self._guide = self._guide_of(self._ledger.progress.active)
+        self._follows = path is not None
+        return path if path is None or self._guide is None else self._guide.follow(path, tips_world)
+
+    def _guide_of(self, active: str) -> ScanGuide | None:
+        """Return the open targets of the active feature; None without a scan or known pose."""
+        nominals, radius = self._assignment.nominals, self._body.tip_radius
+        place = nominals.find() if active and self._ledger.plan.feature(active).scan else None
+        if place is None:
+            return None
+        own = [one for one in nominals.points if one.feature == active]
+        exact = Whereabouts(place, approximate=False)
+        targets = targets_of(self._ledger.plan, active, own, exact, radius, None)
+        return ScanGuide(self._ledger.plan.feature(active), targets, place, radius)
 
     def record_path(self, path: Path, feature: str | None = None) -> MeasuredPoint | Refusal:
         """Make durable points of a path and return the last, or why not.

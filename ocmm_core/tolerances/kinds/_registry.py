@@ -199,7 +199,9 @@ def _number_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
 def _faces_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     faces = asked.item.faces
     if faces and "faces" not in spec.takes:
-        return "faces", "go with the profile of a surface only"
+        return "faces", "go with profiles only"
+    if any(asked.item.cut) and "cut" not in spec.takes:
+        return "cut", "goes with the profile of a line only"
     for place, face in enumerate(faces):
         if fault := face_fault(face):
             return f"faces[{place}]", f"is no face of a model: {fault}"

@@ -5,7 +5,7 @@ Parallelism, perpendicularity and angularity; profiles of lines and surfaces (IS
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -277,24 +277,31 @@ def profile(
     distance. All dimensions are nominal. Several features are one surface. FitError: a feature is
     constructed, or the datums do not hold.
     """
+    features = [actual[name] for name in characteristic.features]
+    across, notes = None, []
+    if any(characteristic.cut):
+        at = frames.of_part(characteristic.name).T_frame_from_world
+        features = zones.near_cut(features, characteristic, at)
+        across = at.rotation.T @ unit(np.array(characteristic.cut))
+        count = sum(len(one.touches.numbers) for one in features if one.touches)
+        notes.append(f"{count} points within {characteristic.within:g} mm of the section.")
     if characteristic.faces:
-        return _against_model(characteristic, actual, frames)
-    frame = frames.of_datums(characteristic.datums, characteristic.features)
-    surfaces = [
-        _surface(zones.surface_points(actual[name]), frame, characteristic.offset)
-        for name in characteristic.features
-    ]
-    found = zones.surface_zone(surfaces, frame)
+        found = _against_model(characteristic, features, frames)
+    else:
+        frame = frames.of_datums(characteristic.datums, characteristic.features)
+        points = [zones.surface_points(one) for one in features]
+        surfaces = [_surface(one, frame, characteristic.offset) for one in points]
+        found = zones.surface_zone(surfaces, frame)
     if characteristic.offset:
-        return replace(found, note=f"Zone offset by {characteristic.offset:+.4f} mm (UZ).")
-    return found
+        notes.append(f"Zone offset by {characteristic.offset:+.4f} mm (UZ).")
+    seen = None if found.seen is None else replace(found.seen, across=across)
+    return replace(found, note=" ".join(filter(None, (found.note, *notes))), seen=seen)
 
 
 def _against_model(
-    characteristic: zones.Characteristic, actual: Mapping[str, ActualFeature], frames: zones.Frames
+    characteristic: zones.Characteristic, features: Sequence[ActualFeature], frames: zones.Frames
 ) -> zones.Evaluation:
     """Return the profile of ball centres against model faces, fitted from the part frame."""
-    features = [actual[name] for name in characteristic.features]
     surface = zones.ModelSurface(features, characteristic.faces, characteristic.offset)
     count = len(surface.places)
     if characteristic.datums:
@@ -312,8 +319,6 @@ def _against_model(
         )
     numbers = ", ".join(str(face.number) for face in characteristic.faces)
     note = f"Against face{'s' if len(characteristic.faces) > 1 else ''} {numbers} of the model."
-    if characteristic.offset:
-        note += f" Zone offset by {characteristic.offset:+.4f} mm (UZ)."
     return replace(zones.surface_zone([surface], frame), note=note)
 
 
@@ -334,9 +339,22 @@ def _face_normal(measured: zones.SurfacePoints, frame: zones.ZoneFrame, nominal:
     return unit(normal - (normal @ line) * line)
 
 
+def _cut_fault(asked: spec.PlannedCharacteristic) -> spec.Fault | None:
+    item = asked.item
+    if not any(item.cut):
+        if item.faces or not all(asked.shapes[name] in spec.OF_A_LINE for name in item.features):
+            return "cut", "is missing: the profile of a line on a surface is that of a section"
+        return None
+    if not asked.aligned:
+        return "cut", "needs an alignment, which says where the section is"
+    return None if item.within > 0.0 else ("within", f"is {item.within:g}")
+
+
 _profile = partial(
     spec.KindSpec, one_sided=True, evaluate=profile, monte_carlo=spec.MonteCarlo.EVALUATED,
     features=(1, 1000), datums=(0, 3), datums_make_frame=True, own_form=True, probed="all",
+    # The search for the smallest zone starts from the alignment, which also places a section.
+    in_part=lambda item: any(item.cut) or (bool(item.faces) and not item.datums),
 )  # fmt: skip
 
 PROFILES = (
@@ -344,8 +362,9 @@ PROFILES = (
         name="line profile",
         qif=spec.QifWords("LineProfile"),
         symbol=spec.Symbol(bow="open"),
-        shapes=spec.OF_A_LINE,
-        takes=frozenset({"offset"}),
+        shapes=tuple(dict.fromkeys((*spec.OF_A_LINE, *spec.OF_A_SURFACE))),
+        takes=frozenset({"cut", "faces", "offset"}),
+        checks=(_cut_fault,),
     ),
     _profile(
         name="surface profile",
@@ -353,7 +372,5 @@ PROFILES = (
         symbol=spec.Symbol(bow="closed"),
         shapes=spec.OF_A_SURFACE,
         takes=frozenset({"faces", "offset"}),
-        # The search for the smallest zone starts from the alignment.
-        in_part=lambda item: bool(item.faces) and not item.datums,
     ),
 )

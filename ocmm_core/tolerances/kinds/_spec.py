@@ -122,7 +122,7 @@ def no_association(asked: PlannedCharacteristic) -> Fault | None:
     return "association", "goes with sizes, distances of faces and form only"
 
 
-_Taken = Literal["axis", "at", "faces", "length", "modifier", "offset"]
+_Taken = Literal["axis", "at", "cut", "faces", "length", "modifier", "offset"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,6 +198,8 @@ class KindSpec:
             "association": self.association_fault is not no_association,
             "zone": bool(self.zones),
             "material_size": "modifier" in self.takes,
+            "cut_at": "cut" in self.takes,
+            "within": "cut" in self.takes,
             **{field: field in self.takes for field in get_args(_Taken)},
         }
         return frozenset(field for field, is_used in used.items() if not is_used)

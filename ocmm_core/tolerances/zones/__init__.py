@@ -20,7 +20,7 @@ if TYPE_CHECKING:
         few_in_a_section, median_line, no_part_frame, section_circle, sections,
     )  # fmt: skip
     from ocmm_core.tolerances.zones._surface import (
-        ModelSurface, SurfacePoints, kept_offset, least_squares, own_fit, surface_points,
+        ModelSurface, SurfacePoints, kept_offset, least_squares, near_cut, own_fit, surface_points,
     )  # fmt: skip
     from ocmm_core.tolerances.zones._two_point import (
         across_slot, around, between_faces, gaps_between, slot_envelope,
@@ -41,6 +41,7 @@ __all__ = [
     "Seen", "Surface", "SurfacePoints", "SurfaceTouches", "ZoneFrame", "across_slot", "around",
     "associated", "axis_sections", "between_faces", "derived_points", "derived_zone",
     "few_in_a_section", "form_noise", "free_frame", "gaps_between", "kept_offset", "least_squares",
-    "median_line", "moved_geometry", "no_part_frame", "own_fit", "points_note", "section_circle",
-    "sections", "slot_envelope", "surface_points", "surface_zone", "vector_evaluation",
+    "median_line", "moved_geometry", "near_cut", "no_part_frame", "own_fit", "points_note",
+    "section_circle", "sections", "slot_envelope", "surface_points", "surface_zone",
+    "vector_evaluation",
 ]  # fmt: skip

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
+from ocmm_core.camera import Vector3
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import DeviationRows, Rows
 from ocmm_core.part_model import NominalFace
@@ -68,6 +69,12 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """mm: offset of a profile's zone from the nominal surface (UZ); negative into the material."""
     at: float = 0.0
     """mm: distance from the datum plane, along its normal, of the diameter of a cone."""
+    cut: Vector3 = (0.0, 0.0, 0.0)
+    cut_at: Vector3 = (0.0, 0.0, 0.0)
+    within: float = 0.5
+    """`cut`, `cut_at`, `within`: Normal and point, frame of the nominals, of a plane that cuts the
+    features of a profile, and the distance from it, mm, up to which points count; `cut` zero: all
+    points."""
     faces: tuple[NominalFace, ...] = ()
     """Faces that ball centres are compared with; default: the nominal surface of each feature."""
 
@@ -124,6 +131,8 @@ class Seen:
     """(n, 3), unit, world: out of the material."""
     deviations: Float
     """(n,), mm, from the middle of the zone; positive for too much material."""
+    across: Float | None = None
+    """(3,), unit, world: normal of the plane of a section; None without one."""
 
 
 @dataclass(frozen=True, slots=True)

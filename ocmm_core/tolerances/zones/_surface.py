@@ -20,13 +20,16 @@ from ocmm_core.features.elements import distance_derivatives, fit_circle_project
 from ocmm_core.features.measured import ActualFeature, Touches, fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
-from ocmm_core.geometry import Float, Int, Points3, unit
+from ocmm_core.geometry import Float, Int, Points3, RigidTransform, unit
 from ocmm_core.measuring import Rows
 from ocmm_core.part_model import Feet, NominalFace, followed_feet, nearest_feet, searched
-from ocmm_core.tolerances.zones._characteristic import Seen
+from ocmm_core.tolerances.zones._characteristic import Characteristic, Seen
 
 _STEP = 1e-5
 """Step of the differences: mm, and of directions a fraction of one."""
+_LEAST_IN_CUT = 3
+_MOST_SLOPE = 0.2
+"""Sine of the angle of normal and section: deviations in the section are 2 % larger."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +76,44 @@ def surface_points(feature: ActualFeature) -> SurfacePoints:
     rows = np.arange(len(touches.tips))
     normals = _normals(feature, rows, touches.tips, feature.fit.geometry)
     return SurfacePoints(feature, touches.tips - touches.tip_radius * normals, normals)
+
+
+def near_cut(
+    features: Sequence[ActualFeature], cut: Characteristic, T_nominal_from_world: RigidTransform
+) -> list[ActualFeature]:
+    """Return the features near the plane of a section, with these touches only; FitError."""
+    normal, found = unit(np.array(cut.cut)), []
+    for feature in features:
+        touches, measured = _own(feature)[0], surface_points(feature)
+        heights = (T_nominal_from_world.apply(measured.points) - np.array(cut.cut_at)) @ normal
+        rows = np.flatnonzero(np.abs(heights) <= cut.within)
+        if not len(rows):
+            continue
+        slopes = measured.normals[rows] @ (T_nominal_from_world.rotation.T @ normal)
+        slope = float(np.abs(slopes).max())
+        if slope > _MOST_SLOPE:
+            raise FitError(
+                "characteristic.slanting_cut",
+                f"{cut.name}: the section is {np.degrees(np.arcsin(min(slope, 1.0))):.0f}° off the "
+                f"normal of {feature.nominal.name}.",
+                "Lay the section square to the surface, or tolerance the profile of the surface.",
+            )
+        numbers, places = (
+            tuple(np.array(own)[rows].tolist()) for own in (touches.numbers, touches.places)
+        )
+        chosen = replace(
+            touches, numbers=numbers, places=places, tips=touches.tips[rows],
+            directions=touches.directions[rows],
+        )  # fmt: skip
+        found.append(replace(feature, touches=chosen))
+    count = sum(len(one.touches.numbers) for one in found if one.touches is not None)
+    if count < _LEAST_IN_CUT:
+        raise FitError(
+            "characteristic.empty_cut",
+            f"{cut.name}: {count} points are within {cut.within:g} mm of the section.",
+            f"Measure {_LEAST_IN_CUT} or more along the section, or allow a larger distance.",
+        )
+    return found
 
 
 def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:

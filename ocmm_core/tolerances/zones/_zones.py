@@ -7,7 +7,7 @@ Degrees of freedom left by the datums are used to minimise it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -148,22 +148,11 @@ def surface_zone(surfaces: Sequence[SurfaceTouches], frame: ZoneFrame) -> Evalua
         at_points = at.T_frame_from_world.apply(np.vstack(worlds))
         return np.concatenate(values), np.vstack(normals), at_points
 
-    scale = _scale(frame, np.vstack(worlds))
-    smallest = Smallest(np.zeros(0), 0.0, np.zeros(0))
-    for _ in range(_OUTER_STEPS):
-        start = frame
+    def deviations(at: ZoneFrame) -> tuple[Float, Float]:
+        values, normals, points = distances(at)
+        return values, np.hstack([np.cross(points, normals), normals])
 
-        def deviations(motion: Float, start: ZoneFrame = start) -> tuple[Float, Float]:
-            at = start.moved(motion / scale)
-            values, normals, points = distances(at)
-            twists = np.hstack([np.cross(points, normals), normals])
-            return values, twists @ (at.motions / scale)
-
-        smallest = smallest_zone(deviations, len(scale))
-        frame = start.moved(smallest.motion / scale)
-        if not len(scale) or float(np.abs(smallest.motion).max()) < _SETTLED:
-            break
-
+    frame, smallest = _searched(frame, np.vstack(worlds), deviations, smallest_zone)
     values, normals, points = distances(frame, checked=True)
     normals_world = normals @ frame.T_frame_from_world.rotation
     weights = 2.0 * smallest.shares[:, None] * normals_world
@@ -237,22 +226,13 @@ def derived_zone(
     axis, one across two planes.
     """
     world = np.array([item.point for item in points])
-    scale = _scale(frame, world)
-    smallest = Smallest(np.zeros(0), 0.0, np.zeros(0))
-    for _ in range(_OUTER_STEPS):
-        start = frame
 
-        def deviations(motion: Float, start: ZoneFrame = start) -> tuple[Float, Float]:
-            at = start.moved(motion / scale)
-            places = at.T_frame_from_world.apply(world)
-            twists = np.array([rows @ np.hstack([-skew(x), np.eye(3)]) for x in places])
-            return (places - true_point) @ rows.T, twists @ (at.motions / scale)
+    def deviations(at: ZoneFrame) -> tuple[Float, Float]:
+        places = at.T_frame_from_world.apply(world)
+        twists = np.array([rows @ np.hstack([-skew(x), np.eye(3)]) for x in places])
+        return (places - true_point) @ rows.T, twists
 
-        smallest = smallest_length(deviations, len(scale))
-        frame = start.moved(smallest.motion / scale)
-        if not len(scale) or float(np.abs(smallest.motion).max()) < _SETTLED:
-            break
-
+    frame, smallest = _searched(frame, world, deviations, smallest_length)
     places = frame.T_frame_from_world.apply(world)
     vectors = (places - true_point) @ rows.T
     jacobian = [
@@ -292,12 +272,33 @@ def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Rows, words: str) 
     return Evaluation(2.0 * smallest.value, gradient, frame=words)
 
 
-def _scale(frame: ZoneFrame, points: Float) -> Float:
-    """Return the largest displacement of the points, mm, by every free motion, (k,)."""
-    places = frame.T_frame_from_world.apply(points)
+def _searched(
+    frame: ZoneFrame,
+    world: Float,
+    deviations: Callable[[ZoneFrame], tuple[Float, Float]],
+    search: Callable[[Callable[[Float], tuple[Float, Float]], int], Smallest],
+) -> tuple[ZoneFrame, Smallest]:
+    """Return the frame with the smallest zone of points (n, 3), mm, world, and its search.
+
+    ``deviations`` are those in a frame, with their derivatives by its motion.
+    """
+    places = frame.T_frame_from_world.apply(world)
     moves = np.array([np.hstack([-skew(x), np.eye(3)]) @ frame.motions for x in places])
-    lengths = np.linalg.norm(moves, axis=1).max(axis=0)
-    return np.asarray(np.maximum(lengths, 1e-9), dtype=np.float64)
+    # The largest displacement of the points, mm, by every free motion.
+    scale = np.maximum(np.linalg.norm(moves, axis=1).max(axis=0), 1e-9)
+    for _ in range(_OUTER_STEPS):
+        start = frame
+
+        def moved(motion: Float, start: ZoneFrame = start) -> tuple[Float, Float]:
+            at = start.moved(motion / scale)
+            values, twists = deviations(at)
+            return values, twists @ (at.motions / scale)
+
+        smallest = search(moved, len(scale))
+        frame = start.moved(smallest.motion / scale)
+        if not len(scale) or float(np.abs(smallest.motion).max()) < _SETTLED:
+            break
+    return frame, smallest
 
 
 def _outwards(surface: Surface) -> float:

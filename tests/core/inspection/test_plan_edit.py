@@ -179,9 +179,35 @@ def test_a_table_gives_features(tmp_path: Path) -> None:
     assert (ball.shape, ball.direction) == (Shape.SPHERE, (0.0, 0.0, 1.0))
 
 
+PATHS = """name;shape;x;y;z;projection;compensation;scan;spacing;interval [ms];turn [rad];\
+gate_i;gate_j;gate_k;width;sheet;sheet_limit;diameter
+TOP;Plane;0;0;10;;;;0,5;;;1;0;0;;;;
+BORE;Circle;0;5;10;;;Ring;1;500;;;;;;;;20
+SHAFT;Plane;0;15;10;;;;1;;0,1;;;;;;;
+EDGE;Line;0;0;9;TOP;;;;;;;;;2;;;
+INSIDE;Point;5;5;10;;Nominal;;;;;;;;;2;0,08;
+"""
+
+
+def test_a_table_states_paths_sheets_and_edges(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(PATHS)
+    table = feature_table(path)
+    top, bore, shaft, edge, inside = table.features
+    assert (top.spacing, top.gates) == (0.5, (1.0, 0.0, 0.0))
+    assert (bore.interval, bore.gates, bore.scan) == (0.5, (0.0, 0.0, 0.0), "ring")
+    assert shaft.turn_deg == pytest.approx(5.7295779513, abs=1e-9)
+    assert (edge.projection, edge.width) == ("TOP", 2.0)
+    assert (inside.sheet, inside.sheet_limit, inside.compensation) == (2.0, 0.08, "nominal")
+    assert len(table.added_to(new_plan("P", "M")).features) == len(table.features)
+
+
 @pytest.mark.parametrize(
     ("content", "told"),
     [
+        ("name;shape;x;y;z;interval [h]\nA;Plane;1;2;3;1\n", ("line 1", "unit of time")),
+        ("name;shape;x;y;z;gate_k\nA;Plane;1;2;3;2\n", ("gate_i, gate_j, gate_k", "length 2")),
+        ("name;shape;x;y;z;compensation\nA;Plane;1;2;3;push\n", ("line 2", "pulled")),
         ("name,shape,x,y\nA,Plane,1,2\n", ("line 1", "lack 'z'")),
         ("name,shape,x,y,z,w\n", ("line 1", "'w'")),
         ("name,shape,x,y,z\nA,Plane,1,2,three\n", ("line 2", "column 'z'", "'three'")),

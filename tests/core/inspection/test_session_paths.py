@@ -12,16 +12,18 @@ import pytest
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, MeasuringError
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.evaluation import SessionOptions, Target, nearness, places_of
 from ocmm_core.inspection.plan import Plan, load_plan, step_fault
+from ocmm_core.inspection.plan._plan import spacing_fault
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.inspection.session._path_intake import thinning_of
+from ocmm_core.inspection.session._path_intake import ScanGuide, thinning_of
 from ocmm_core.measuring import (
     MeasuredPoint,
     Path,
     PathCollector,
+    PathProgress,
     PointOptions,
     Refusal,
     RefusalCode,
@@ -229,3 +231,62 @@ def test_gates_lie_where_the_plan_says() -> None:
     assert rule.gates is not None
     assert place.rotation @ rule.gates == pytest.approx([0.0, 1.0, 0.0])
     assert place.apply(rule.start) == pytest.approx([0.0, 7.0, 0.0])
+
+
+SCANS = [
+    {"shape": "Plane", "scan": "raster", "length": 60.0, "width": 20.0},
+    {"shape": "Circle", "scan": "ring", "diameter": 30.0},
+    {"shape": "Circle", "scan": "ring", "diameter": 30.0, "side": "inner"},
+    {"shape": "Cylinder", "scan": "spiral", "diameter": 30.0, "length": 40.0, "side": "inner"},
+    {"shape": "Cone", "scan": "spiral", "diameter": 30.0, "length": 20.0, "angle_deg": 40.0},
+    {"shape": "Sphere", "scan": "spiral", "diameter": 30.0},
+]
+
+
+def scanned(said: dict[str, object]) -> NominalFeature:
+    made = {"name": "IT", "points": 120, "point": (5.0, 6.0, 7.0), "spacing": 1.5, **said}
+    return msgspec.convert({"direction": (0.6, 0.0, 0.8), **made}, NominalFeature)
+
+
+@pytest.mark.parametrize("said", SCANS)
+def test_a_scan_lies_on_its_surface_and_is_covered_by_sliding_along_it(
+    said: dict[str, object],
+) -> None:
+    feature, radius = scanned(said), 1.5
+    assert not spacing_fault(feature)
+    places = places_of(feature, feature.points)
+    balls = places.points + radius * places.normals
+    gaps = [nearness(feature, ball, radius).gap for ball in balls]
+    assert max(gaps) == pytest.approx(0.0, abs=1e-9)
+    steps = np.linalg.norm(np.diff(places.points, axis=0), axis=1)
+    assert steps.max() < 2.5 * np.median(steps)
+    targets = [
+        Target("IT", *rows, approximate=False)
+        for rows in zip(places.points, places.normals, balls, strict=True)
+    ]
+    guide = ScanGuide(feature, targets, RigidTransform.identity(), radius)
+    start = PathProgress(0.0, 10.0)
+    shares: list[float] = []
+    for part in np.array_split(balls, 6):
+        seen = guide.follow(start, part)
+        assert not seen.lifted
+        assert seen.covered is not None
+        shares.append(seen.covered)
+    assert shares == sorted(shares)
+    assert shares[2] == pytest.approx(0.5, abs=0.12)
+    assert shares[-1] == 1.0
+    up = guide.follow(start, balls[-1:] + 0.6 * places.normals[-1])
+    assert up.lifted
+    assert guide.follow(start, np.full((1, 3), np.nan)) == start
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"shape": "Cylinder", "scan": "ring", "diameter": 9.0, "length": 9.0}, "only for: circle"),
+        ({"shape": "Plane", "scan": "raster", "length": 60.0}, "width of a raster"),
+        ({"shape": "Plane", "scan": "raster", "spacing": 0.0}, "is missing"),
+    ],
+)
+def test_impossible_scans_are_refused(said: dict[str, object], words: str) -> None:
+    assert words in spacing_fault(scanned(said))

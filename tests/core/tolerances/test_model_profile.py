@@ -212,7 +212,7 @@ def test_a_plan_can_ask_for_it_only_where_it_can_be() -> None:
     assert lost == ("faces", "need datums or an alignment, which say where the model is")
     held = nominal_face(face_of(FREE_FORMS["waves"]()))
     flat = fault(_with_faces(asked("flatness", "base"), (held,)))
-    assert flat == ("faces", "go with the profile of a surface only")
+    assert flat == ("faces", "go with profiles only")
     fields = {field: getattr(held, field) for field in held.__struct_fields__}
     broken = type(held)(**{**fields, "degree_u": 0})
     wrong = fault(_with_faces(profile("waves"), (held, broken)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -11,8 +11,7 @@ import numpy as np
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan._edit import EDITED
-from ocmm_core.inspection.plan._plan import Plan, check_plan
+from ocmm_core.inspection.plan import EDITED, Plan, check_plan
 from ocmm_core.part_model import (
     ModelFace,
     NominalFace,
@@ -22,6 +21,9 @@ from ocmm_core.part_model import (
     spread_places,
 )
 from ocmm_core.tolerances.zones import Characteristic
+
+if TYPE_CHECKING:
+    from ocmm_cad.step import FreeForm
 
 CLEAR_MM = 1.0
 """mm, in addition to the ball radius: least distance of a place from every edge."""
@@ -34,23 +36,7 @@ _ON_MM = 0.05
 _LONGEST = 40
 
 
-class FreeFormFace(Protocol):
-    """A free-form face of a model, with its touch points (of `ocmm_cad.step`)."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def face(self) -> NominalFace: ...
-    @property
-    def targets(self) -> Sequence[Sequence[float]]:
-        """Return the places, mm."""
-
-    @property
-    def normals(self) -> Sequence[Sequence[float]]:
-        """Return the outward unit normal at each place."""
-
-
-def with_profiles(plan: Plan, free_forms: Sequence[FreeFormFace], tolerance: float) -> Plan:
+def with_profiles(plan: Plan, free_forms: Sequence[FreeForm], tolerance: float) -> Plan:
     """Return a plan with free-form faces of its model: their points, and a profile of each.
 
     In the datum system of the plan's alignment. A plan without one gets the best fit to these

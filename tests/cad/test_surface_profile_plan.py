@@ -9,10 +9,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from ocmm_cad.profiles import with_model_fit
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import Plan, load_plan, save_plan, with_model_fit
+from ocmm_core.inspection.plan import Plan, load_plan, save_plan
 from ocmm_core.part_model import ModelFace, nearest_feet, nominal_face, searched, spread_places
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.part_model.model_faces import FREE_FORMS, cylinder, face_of, plane
