@@ -231,7 +231,7 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
         f"Record {oldest.stem[:12]} in {oldest.parent} was changed after it was written"
         in page.sentence.text()
     )
-    assert "If there is none, calibrate the cameras from known points" in page.sentence.text()
+    assert "If there is none, calibrate again (cameras: from known points)" in page.sentence.text()
     assert page.history.rowCount() == 6
     assert "was changed after it was written" in page.fault.text()
 

@@ -22,7 +22,9 @@ from ocmm_core.errors import CalibrationError, OcmmError
 class CalibrationStore(RecordStore[Event]):
     """Calibrations of a rig; one writer process, thread-safe; StorageError for a broken chain."""
 
-    _renewals = ("calibrate again and verify", "verify the calibration")
+    _renewals = (
+        "calibrate again (cameras: from known points) and verify", "verify the calibration",
+    )  # fmt: skip
 
     def __init__(self, folder: Path) -> None:
         self._identified = ("", "")
