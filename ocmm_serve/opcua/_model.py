@@ -17,7 +17,7 @@ from asyncua.common.instantiate_util import instantiate
 
 from ocmm_core.build import build_version
 from ocmm_core.documents import read_text, resource
-from ocmm_serve.opcua._trees import Leaf, Tree, Typed, paths_of, structure_of, trees_of
+from ocmm_serve.opcua._trees import Leaf, Tree, TypedObject, paths_of, structure_of, trees_of
 from ocmm_serve.published import PublishedFacts, PublishedResult
 
 NAMESPACE = "urn:ocmm:station"
@@ -247,7 +247,9 @@ class MachineModel:
             # Clients read meanwhile.
             await asyncio.sleep(0)
 
-    async def _made(self, path: str, parent: str, text: str, one: Leaf | Typed | Tree) -> Node:
+    async def _made(
+        self, path: str, parent: str, text: str, one: Leaf | TypedObject | Tree
+    ) -> Node:
         """Return a new node, or the member that the type of its parent has made."""
         above = self._roots.get(parent) or self._nodes[parent][0]
         title, key = self._name(text), _NODE_ID(path, self._spaces[""])
@@ -257,12 +259,12 @@ class MachineModel:
             made = await above.add_variable(
                 key, title, _data(one).Value, datatype=_NODE_ID(one.kind.value)
             )
-        elif isinstance(one, Typed):
+        elif isinstance(one, TypedObject):
             made = await above.add_object(key, title, self._node(one.kind).nodeid, True)
         else:
             made = await above.add_object(key, title)
         if not isinstance(one, Leaf):
-            await self._keep(made, one.members if isinstance(one, Typed) else one)
+            await self._keep(made, one.members if isinstance(one, TypedObject) else one)
         return made
 
     async def _keep(self, node: Node, members: Iterable[str]) -> None:

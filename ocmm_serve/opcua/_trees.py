@@ -44,24 +44,24 @@ class Leaf:
 
 
 @dataclass(frozen=True, slots=True)
-class Typed:
+class TypedObject:
     """An object of a type of the nodesets, and what is below it."""
 
     kind: str
     members: Tree
 
 
-Tree = Mapping[str, "Leaf | Typed | Tree"]
+Tree = Mapping[str, "Leaf | TypedObject | Tree"]
 """By name; `gms:Nominal` is in the namespace of that nodeset, any other one in ours."""
 
 
-def paths_of(tree: Tree, parent: str) -> Iterator[tuple[str, str, str, Leaf | Typed | Tree]]:
+def paths_of(tree: Tree, parent: str) -> Iterator[tuple[str, str, str, Leaf | TypedObject | Tree]]:
     """Yield path, parent, name and content of each node, parents first."""
     for name, one in tree.items():
         # Names of characteristics may contain the separator.
         path = f"{parent}/{name.replace('/', '|')}"
         yield path, parent, name, one
-        yield from paths_of(one.members if isinstance(one, Leaf | Typed) else one, path)
+        yield from paths_of(one.members if isinstance(one, Leaf | TypedObject) else one, path)
 
 
 def trees_of(facts: PublishedFacts) -> dict[str, Tree]:
@@ -118,11 +118,11 @@ def _of_result(result: PublishedResult) -> Tree:
     }
 
 
-def _characteristic(one: Any) -> Typed:
+def _characteristic(one: Any) -> TypedObject:
     """Return a characteristic; U and the verdict in words are in our namespace."""
     values = {"Nominal": one.nominal, "ResultValue": one.measured}
     limits = {"LowerToleranceLimit": one.lower, "UpperToleranceLimit": one.upper}
-    return Typed(
+    return TypedObject(
         _CHARACTERISTIC,
         {
             "gms:CharacteristicIdentifier": Leaf(one.name, _TEXT),
@@ -151,8 +151,8 @@ def _quantity(value: float | None, unit: str, **members: Leaf) -> Leaf:
     return Leaf(value, _REAL, {"0:EngineeringUnits": units, **members})
 
 
-def _prognosis(one: CalibrationFacts) -> Typed:
-    return Typed(
+def _prognosis(one: CalibrationFacts) -> TypedObject:
+    return TypedObject(
         _PROGNOSIS,
         {
             "gms:Calibrated": Leaf(one.usable, _FLAG),
@@ -162,11 +162,11 @@ def _prognosis(one: CalibrationFacts) -> Typed:
     )
 
 
-def _sensor(number: int, one: CalibrationFacts) -> Typed:
+def _sensor(number: int, one: CalibrationFacts) -> TypedObject:
     """Return a tip as a tool."""
     qualified = _QUALIFIED if one.status == "VALID" else _IMPRECISE
     why = Leaf(0 if one.usable else _MEASUREMENT_ERROR, _NUMBER)
-    return Typed(
+    return TypedObject(
         _SENSOR,
         {
             "tool:Name": Leaf(one.name, _TEXT),
@@ -180,10 +180,10 @@ def _sensor(number: int, one: CalibrationFacts) -> Typed:
     )
 
 
-def _correction(one: CorrectionFacts) -> Typed:
+def _correction(one: CorrectionFacts) -> TypedObject:
     """Return the last change of an offset; the specification does not define its sign."""
     text = f"{one.what}: CorrectionValueAbsolute is the offset in the control after the change."
-    return Typed(
+    return TypedObject(
         _CORRECTION,
         {
             "gms:Identifier": Leaf(one.offset, _TEXT),

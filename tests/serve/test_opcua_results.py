@@ -238,7 +238,7 @@ def test_it_is_a_measuring_system_with_tools_prognoses_and_corrections(
 
 def test_what_is_practised_or_expired_looks_neither_corrected_nor_qualified() -> None:
     needs_package("asyncua", "extra `opcua`")
-    from ocmm_serve.opcua._trees import Typed, trees_of
+    from ocmm_serve.opcua._trees import TypedObject, trees_of
 
     change = CorrectionFacts(
         machine="VMC 3", offset="H3", unit="mm", what="corrected", before=0.0, after=0.1,
@@ -251,6 +251,6 @@ def test_what_is_practised_or_expired_looks_neither_corrected_nor_qualified() ->
         trees = trees_of(PublishedFacts(calibrations=(tip,), corrections=(change,)))
         assert trees["Changes"] == {}
         tool = trees["Tools"]["A"]
-        assert isinstance(tool, Typed)
+        assert isinstance(tool, TypedObject)
         assert tool.members["gms:IsQualifiedStatus"].value == shown  # type: ignore[union-attr]
         assert tool.members["tool:Locked"].value is not usable  # type: ignore[union-attr]
