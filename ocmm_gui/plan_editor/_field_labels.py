@@ -272,6 +272,7 @@ _OWN_WORDS = frozenset(
         later("all"), later("middle"), later("planes"), later("intersection"), later("projection"),
         later("midpoint"), later("bisector"), later("offset"), later("plane-axis-point"),
         later("given"), later("yes"), later("no"), later("set"), later("proposed"),
+        later("ring"), later("spiral"), later("raster"),
     )
 )  # fmt: skip
 """Words of a plan that the core does not translate."""

@@ -5353,6 +5353,18 @@ Startet: {source}</translation>
         <translation>Oberfläche, Achse, Mitte; Mitte einer Geraden</translation>
     </message>
     <message>
+        <source>ring</source>
+        <translation>Ring</translation>
+    </message>
+    <message>
+        <source>spiral</source>
+        <translation>Spirale</translation>
+    </message>
+    <message>
+        <source>raster</source>
+        <translation>parallele Linien</translation>
+    </message>
+    <message>
         <source>Letters, digits, spaces, _ . - /</source>
         <translation>Buchstaben, Ziffern, Leerzeichen, _ . - /</translation>
     </message>
