@@ -120,13 +120,12 @@ class SectionPoints:
     """(N, 2): normal of the nominal surface in section coordinates, shorter if it is inclined."""
 
 
-def sections_of(data: report.ReportData, texts: Sequence[str]) -> list[SectionPlane]:
-    """Return the sections of texts; ``plan`` are those of the job's plan. InputError."""
-    found = [SectionPlane.of_text(text) for text in texts if text != OF_PLAN]
-    if OF_PLAN not in texts:
-        return found
-    bound, given = data.plan.bound_alignment, len(found)
-    if bound is not None:
+def sections_of(
+    data: report.ReportData, given: Sequence[SectionPlane], *, of_plan: bool
+) -> list[SectionPlane]:
+    """Return given sections and, on demand, those of the job's plan; InputError without any."""
+    bound, found = data.plan.bound_alignment, list(given)
+    if of_plan and bound is not None:
         T_part_from_nominal = nominal_frame(bound)
         found += [
             SectionPlane.of_plane(
@@ -136,7 +135,7 @@ def sections_of(data: report.ReportData, texts: Sequence[str]) -> list[SectionPl
             for item in data.plan.characteristics
             if any(item.cut)
         ]  # fmt: skip
-    if len(found) == given:
+    if of_plan and len(found) == len(given):
         raise InputError(
             "section.plan",
             f"The plan of job {data.job} has no section, or no alignment.",

@@ -61,7 +61,7 @@ def report_command(
     drawing ...) is given here or was kept with it; what nobody gives is "not stated" on the paper.
     With --section and without --format, only the sections are written.
     """
-    from ocmm_cad.sections import section_files, section_tables, sections_of
+    from ocmm_cad.sections import OF_PLAN, SectionPlane, section_files, section_tables, sections_of
     from ocmm_core import export
     from ocmm_core.export.report import load_profile, polyworks_profile
     from ocmm_core.export.template import (
@@ -79,6 +79,7 @@ def report_command(
     # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)
+    planes = [SectionPlane.of_text(one) for one in section or () if one != OF_PLAN]
     chosen = export.chosen_formats(formats or [export.DEFAULT_FORMAT][: not section])
     layout = polyworks_profile() if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)
@@ -92,7 +93,7 @@ def report_command(
                 kept = keep_given(one.path, paper_of(one.path, given, template).given)
                 console.print(f"{lead('Kept  ')}{kept}")
     data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
-    sections = [sections_of(one, section or ()) for one in data]
+    sections = [sections_of(one, planes, of_plan=OF_PLAN in (section or ())) for one in data]
     written = [name for name in chosen if name in export.EXPORTERS]
     if preview_only:
         for name in written:

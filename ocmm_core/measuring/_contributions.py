@@ -186,6 +186,9 @@ class FrameDoubt:
         return Contribution(FRAME, _with_radius(np.vstack(by)), self.covariance)
 
 
+_LEAST_ON_FACE = 3
+
+
 @dataclass(frozen=True, slots=True)
 class FeatureUncertainty:
     """Uncertainty common to all points of a feature."""
@@ -196,17 +199,36 @@ class FeatureUncertainty:
     of_gauge: bool = False
     """All move together in any direction, by the play of a gauge in its hole; else each along its
     direction, by the thickness of a sheet."""
+    face: str = ""
+    engaged: float = 0.0
+    """`face`, `engaged`: Plane of the hole, and length of the gauge in it, mm: the play at both of
+    its ends tilts the gauge. 0: no tilt."""
 
     def contribution(self, points: Sequence[MeasuredPoint]) -> Contribution:
+        leans = self._leans(points)
         moves = [
             self.sigma * (one.feature == self.feature)
-            * (np.eye(3) if self.of_gauge else one.direction[:, None])
-            for one in points
+            * (np.kron([[1.0 + lean, -lean]], np.eye(3)) if self.of_gauge
+               else one.direction[:, None])
+            for one, lean in zip(points, leans, strict=True)
         ]  # fmt: skip
         by = _with_radius(np.concatenate(moves))
         name = f"Play of {self.feature}" if self.of_gauge else f"Sheet of {self.feature}"
         source = ErrorSource(name, "B", "uniform", "limit in the plan")
         return Contribution(source, by, np.eye(by.shape[1]))
+
+    def _leans(self, points: Sequence[MeasuredPoint]) -> list[float]:
+        """Return the heights of points above the face, relative to the engaged length."""
+        on_face = [one.tip_world for one in points if one.feature == self.face]
+        if not self.engaged or len(on_face) < _LEAST_ON_FACE:
+            return [0.0] * len(points)
+        middle = np.mean(on_face, axis=0)
+        normal = np.linalg.svd(np.array(on_face) - middle)[2][-1]
+        # Ball centres on the face are a radius above it.
+        return [
+            (abs(float((one.tip_world - middle) @ normal)) + one.tip_radius) / self.engaged
+            for one in points
+        ]
 
 
 def contributions(

@@ -181,6 +181,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
     "TappedHole": {
         "features": (later("Features"), later("The gauge in the thread; the face of the hole")),
         "play": (later("Play, mm"), later("Largest distance of the axes of gauge and thread")),
+        "engaged": (later("Engaged, mm"), later("Length of the gauge in the thread; 0: no tilt")),
     },
     "PartOf": {
         "features": (later("Feature"), later("One")),

@@ -5361,6 +5361,14 @@ Startet: {source}</translation>
         <translation>Größter Abstand der Achsen von Lehre und Gewinde</translation>
     </message>
     <message>
+        <source>Engaged, mm</source>
+        <translation>Einschraublänge, mm</translation>
+    </message>
+    <message>
+        <source>Length of the gauge in the thread; 0: no tilt</source>
+        <translation>Länge der Lehre im Gewinde; 0: ohne Neigung</translation>
+    </message>
+    <message>
         <source>Surface, axis, centre; middle of a line</source>
         <translation>Oberfläche, Achse, Mitte; Mitte einer Geraden</translation>
     </message>

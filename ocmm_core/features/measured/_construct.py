@@ -102,6 +102,8 @@ class TappedHole(_Construction, frozen=True, kw_only=True, tag="tapped hole"):
 
     play: float
     """mm: largest distance of the axis of the gauge from that of the thread, as certified."""
+    engaged: float = 0.0
+    """mm: length of the gauge in the thread, over which the play tilts it; 0: tilt not stated."""
 
 
 class PartOf(_Construction, frozen=True, kw_only=True, tag="part of"):
@@ -278,6 +280,8 @@ def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str,
                 raise _FaultError("features", f"names {item.features[0]!r}, which is not touched")
             if not item.play > 0.0:
                 raise _FaultError("play", f"is {item.play:g}, but must be greater than zero")
+            if item.engaged < 0.0 or (item.engaged and item.features[1] not in probed):
+                raise _FaultError("engaged", "is below zero, or the face is not touched")
             return Shape.POINT
         case PartOf():
             _count(shapes, 1)

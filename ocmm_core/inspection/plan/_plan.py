@@ -249,7 +249,12 @@ class Plan(Document, frozen=True, kw_only=True):
         return (
             *filter(None, [doubt_of(self.alignment)]),
             *(FeatureUncertainty(one.name, one.sheet_limit / np.sqrt(3.0)) for one in sheets),
-            *(FeatureUncertainty(one.features[0], 0.5 * one.play, of_gauge=True) for one in holes),
+            *(
+                FeatureUncertainty(
+                    one.features[0], 0.5 * one.play, True, one.features[1], one.engaged
+                )
+                for one in holes
+            ),
         )
 
     def probed(self, name: str) -> tuple[str, ...]:

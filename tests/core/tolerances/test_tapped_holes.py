@@ -89,6 +89,7 @@ def test_what_is_no_gauge_gives_no_hole(part: KnownPart, words: str) -> None:
         ({"play": 0.0}, "play"),
         ({"features": ("FACE", "GAUGE")}, "features"),
         ({"features": ("THICKER", "FACE")}, "features"),
+        ({"engaged": -1.0}, "engaged"),
     ],
 )
 def test_a_plan_names_a_touched_gauge_and_its_play(changed: dict[str, object], field: str) -> None:
@@ -101,8 +102,8 @@ def test_a_plan_names_a_touched_gauge_and_its_play(changed: dict[str, object], f
     assert construction_fault(shapes, [HOLE]) is None
 
 
-def planned(part: KnownPart, play: float = PLAY) -> Plan:
-    hole = msgspec.structs.replace(HOLE, play=play)
+def planned(part: KnownPart, play: float = PLAY, engaged: float = 0.0) -> Plan:
+    hole = msgspec.structs.replace(HOLE, play=play, engaged=engaged)
     return Plan(
         schema="ocmm.plan/1", unit="mm", name="P", part="P", characteristics=[],
         features=part.nominals, constructions=[hole],
@@ -157,3 +158,66 @@ def test_u_of_a_tapped_hole_holds_the_truth(
         held += abs(result.measured - 20.0) <= result.uncertainty
     away = looser(0.026, runs, RUNS)
     assert 0.955 - away <= held / runs <= most + away
+
+
+ENGAGED = 12.0
+
+
+def leaning(rng: np.random.Generator, play: float) -> KnownPart:
+    """Return a gauge with its axis anywhere in the play at the face and at the thread's end."""
+    turns, outs = rng.uniform(0.0, 2.0 * np.pi, 2), play * np.sqrt(rng.uniform(size=2))
+    top, end = np.stack([outs * np.cos(turns), outs * np.sin(turns)], axis=1)
+    x, y = (top - end) / ENGAGED
+    part = KnownPart(PLACES[0])
+    part.add("FACE", Shape.PLANE, face(motion(0.0, 0.0, 0.0)))
+    pose = motion(20.0 + top[0], -10.0 + top[1], 0.0, -y, x, 0.0)
+    part.add("GAUGE", Shape.CYLINDER, ring(pose, 5.0, LEVELS), diameter=10.0)
+    ramp = motion(-40.0, 0.0, 0.0, 0.0, 0.25 * np.pi, 0.0)
+    return part.add("RAMP", Shape.PLANE, face(ramp), direction=(0.7071, 0.0, 0.7071))
+
+
+def test_the_play_over_the_engaged_length_tilts_the_gauge() -> None:
+    part, rng = gauged(), np.random.default_rng(8)
+    (play,) = planned(part, PLAY, ENGAGED).common_uncertainties
+    actual = hole_of(part)
+    share = play.contribution(part.points)
+    tilts = share.covariance_of(actual["GAUGE"].jacobian[3:6])
+    square = np.eye(3) - np.outer(actual["GAUGE"].fit.direction, actual["GAUGE"].fit.direction)
+    # Two places uniform in a circle, one engaged length apart.
+    assert tilts == pytest.approx(2.0 * 0.25 * PLAY**2 / ENGAGED**2 * square, rel=1e-3, abs=1e-12)
+    held = share.covariance_of(actual["HOLE"].jacobian[POINT])
+    assert np.trace(held) == pytest.approx(2.0 * 0.25 * PLAY**2, rel=1e-3)
+    back = part.place.rotation.T
+    known = np.array([
+        back @ hole_of(leaning(rng, PLAY))["GAUGE"].fit.direction for _ in range(300)
+    ])  # fmt: skip
+    # Four standard errors of 300 draws.
+    wanted = 2.0 * 0.25 * PLAY**2 / ENGAGED**2
+    assert np.var(known[:, :2], axis=0) == pytest.approx([wanted, wanted], rel=0.33)
+
+
+def test_u_of_the_angle_of_a_gauge_holds_the_truth(repeats: Callable[..., int]) -> None:
+    runs = repeats(60, RUNS, 30)
+    rng, item = np.random.default_rng(22), asked("angle", "GAUGE,RAMP", nominal=45.0, lower=-0.1)
+    held = 0
+    for _ in range(runs):
+        part = leaning(rng, PLAY)
+        count = len(part.points)
+        parts = [
+            Contribution(IMAGE_NOISE, own=np.tile(0.003**2 * np.eye(3), (count, 1, 1))),
+            *(
+                one.contribution(part.points)
+                for one in planned(part, PLAY, ENGAGED).common_uncertainties
+            ),
+        ]
+        points = [
+            replace(one, tip_world=one.tip_world + by)
+            for one, by in zip(part.points, 0.003 * rng.normal(size=(count, 3)), strict=True)
+        ]
+        factors = factors_of(parts, count)
+        (result,) = evaluate_all([item], None, hole_of(part, points), factors, "simple")
+        assert result.measured is not None, result.note
+        assert result.uncertainty is not None
+        held += abs(result.measured - 45.0) <= result.uncertainty
+    # Uniform errors have no tails.
+    assert held / runs >= 0.955 - looser(0.026, runs, RUNS)
