@@ -157,7 +157,7 @@ def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
 
 
 def agrees(question: str) -> bool:
-    """Ask at the terminal whether to go on; InputError if there is none."""
+    """Ask at the terminal whether to go on; InputError without a terminal."""
     if not sys.stdin.isatty():
         raise InputError(
             "terminal.nobody_to_ask", "Nobody can be asked here; nothing was changed.",

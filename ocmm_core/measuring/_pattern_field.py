@@ -254,7 +254,7 @@ def joined_fields(parts: Sequence[PatternField]) -> PatternField:
 
 
 def _widened(field: PatternField, spots: int) -> tuple[Int, Float, Float, Float]:
-    """Return the arrays of a field with so many spots a point."""
+    """Return the arrays of a field with this number of spots a point."""
     seen = np.arange(spots) < field.camera.shape[1]
     if seen.all():
         return field.camera, field.place, field.gain, field.own

@@ -101,7 +101,7 @@ def learn_heads(
 ) -> int:
     """Add ends beyond those in the memory, return their number; StorageError: not trusted.
 
-    `known`: ends of `known_ends`, which are not looked up again.
+    `known`: ends of `known_ends`, which are not read again.
     """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)
@@ -142,7 +142,7 @@ def _is_later(seen: memory.KnownEnd, known: memory.KnownEnd) -> bool:
 class _IndexedEnd(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     changed_ns: int
     inode: int
-    """Of the file when it was read: another content, owner or mode changes one of them."""
+    """When the file was read: another content, owner or mode changes one of them."""
     end: memory.KnownEnd
 
 

@@ -212,7 +212,7 @@ class SectionView(kit.PaintedWidget):
         self.hide()
 
     def show_result(self, result: CharacteristicResult | None) -> bool:
-        """Show a result; return whether it is one of a section."""
+        """Show a result; return whether it belongs to a section."""
         self._result = result if views.is_section(result) else None
         self.setVisible(self._result is not None)
         self.update()

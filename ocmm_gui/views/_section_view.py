@@ -13,7 +13,7 @@ from ocmm_gui.views._deviations import SCALE_PX, Translate, deviation_colour, pa
 
 _MARGIN_PX, _DOT_PX = 18.0, 2.6
 _GAP = 5.0
-"""Of the usual step: a longer one parts the line."""
+"""Multiple of the usual step; a longer one parts the line."""
 _UPRIGHT = 0.9
 
 

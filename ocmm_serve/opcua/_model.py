@@ -170,7 +170,7 @@ class MachineModel:
         await self._mirror(trees_of(facts))
 
     async def _enter(self, machine: Node, kind: str, word: str) -> None:
-        """Write the state of a state machine; empty: it is not known."""
+        """Write the state of a state machine; empty: unknown."""
         current = await machine.get_child("0:CurrentState")
         text, state, number = None, None, None
         if word:
@@ -268,7 +268,7 @@ class MachineModel:
         return made
 
     async def _keep(self, node: Node, members: Iterable[str]) -> None:
-        """Delete what a type has made and nobody fills, also placeholders."""
+        """Delete members that a type has made and nothing fills, also placeholders."""
         wanted = [self._name(name) for name in members]
         for member in await node.get_children():
             if await member.read_browse_name() not in wanted:

@@ -45,7 +45,7 @@ class Leaf:
 
 @dataclass(frozen=True, slots=True)
 class TypedObject:
-    """An object of a type of the nodesets, and what is below it."""
+    """An object of a type of the nodesets, with its members."""
 
     kind: str
     members: Tree
@@ -65,7 +65,7 @@ def paths_of(tree: Tree, parent: str) -> Iterator[tuple[str, str, str, Leaf | Ty
 
 
 def trees_of(facts: PublishedFacts) -> dict[str, Tree]:
-    """Return what is shown below each root of the machine."""
+    """Return the nodes below each root of the machine."""
     latest = facts.results[-1:]
     version = {"0:NodeVersion": Leaf(str(facts.version), _TEXT)}
     calibrations = {f"{one.of} {one.name}": one for one in facts.calibrations}

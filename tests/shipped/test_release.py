@@ -127,7 +127,7 @@ def test_conda_packages_need_what_wheels_need() -> None:
         dict(re.findall(r"^ {8}- ([\w-]+) ([<>=].+)$", part, re.MULTILINE))
         for part in text.split("    requirements:\n      host:")[1].split("name: ocmm-gui")
     )
-    # What builds a wheel stands with the packages needed to run.
+    # Packages that build a wheel are listed with those that run it.
     wheel = {"python": project["requires-python"], "setuptools": ">=77"}
     for found, lines, named in (
         (core, project["dependencies"], wheel),

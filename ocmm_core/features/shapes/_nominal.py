@@ -61,7 +61,7 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Of a path: normal, part frame, of planes ``spacing`` apart from ``point``; the first crossing
     of each in this direction gives a point. Zero without."""
     scan: Literal["", "ring", "spiral", "raster"] = ""
-    """Of a path: ring, spiral, or parallel lines over a face. Empty: anywhere."""
+    """Form of a path: ring, spiral, or parallel lines over a face. Empty: anywhere."""
     sheet: float = 0.0
     sheet_limit: float = 0.0
     """`sheet`, `sheet_limit`: mm: thickness of a sheet touched on the other side than that of the

@@ -112,7 +112,7 @@ class PathIntake:
         return path if path is None or self._guide is None else self._guide.follow(path, tips_world)
 
     def _guide_of(self, active: str) -> ScanGuide | None:
-        """Return the open targets of the active feature; None without a scan or known pose."""
+        """Return the open targets of the active feature; None without a scan or a pose."""
         nominals, radius = self._assignment.nominals, self._body.tip_radius
         place = nominals.find() if active and self._ledger.plan.feature(active).scan else None
         if place is None:
