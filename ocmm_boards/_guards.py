@@ -57,13 +57,14 @@ def judge_solution(
     state = found.minimum.state
     return [
         *_scatter(rig, sigma_px, alone),
-        *_focal(rig, state.cameras, covariance, sigma_px),
+        *_focal(rig, state.cameras),
         *judge_convergence(found, "Take more pictures of the board, at more angles and distances."),
         *_shape(board, state),
         *_spots(found, rig.cameras),
         *_lenses(state, found, sigma_px),
         *_baselines(rig, state),
         *_views(found),
+        *_focal_sigma(state.cameras, covariance, sigma_px),
         *([] if traceable else [_untraceable(board)]),
     ]
 
@@ -233,9 +234,7 @@ def _views(found: RobustMinimum) -> list[Finding]:
     ]
 
 
-def _focal(
-    rig: Rig, cameras: Sequence[CameraModel], covariance: Float, sigma_px: float
-) -> Iterator[Finding]:
+def _focal(rig: Rig, cameras: Sequence[CameraModel]) -> Iterator[Finding]:
     for nominal, camera in zip(rig.cameras, cameras, strict=True):
         if abs(camera.focal / nominal.focal - 1.0) > FOCAL_OFF:
             yield Finding(
@@ -247,6 +246,11 @@ def _focal(
                 refuses=True,
                 forcible=True,
             )
+
+
+def _focal_sigma(
+    cameras: Sequence[CameraModel], covariance: Float, sigma_px: float
+) -> Iterator[Finding]:
     remedy = "Take more pictures of the board, tilted by 30 to 50 degrees in all directions."
     if sigma_px > POOR_SIGMA_PX:
         remedy = "Look for glare, blur and motion: the corners of these pictures scatter too much."

@@ -179,7 +179,7 @@ LIES: tuple[tuple[Lie, str], ...] = (
     (_views(_swapped_folders), "the pictures of cameras are swapped"),
     (_views(_half_resolution), "by the rig document 25.00 mm"),
     (_views(_one_camera_of_half_resolution), "camera 'left' is 12"),
-    (_views(_rows_for_columns), "in camera 'left' alone"),
+    (_views(_rows_for_columns), "alone; not a valid calibration"),
     (_pitch_of_another_board, "mm apart, by the rig document"),
     (_views(_some_views_late), "pictures do not belong to their views"),
     (_views(_moved_half_way), "a camera moved"),
@@ -201,7 +201,7 @@ LIES: tuple[tuple[Lie, str], ...] = (
 
 @pytest.mark.statistics
 def test_no_lie_gives_lengths_beyond_u(tmp_path: Path, repeats: Callable[..., int]) -> None:
-    """At least 80 % name the cause; U is k = 2, so that few honest lengths are beyond it."""
+    """At least 80 % name the cause, the quick ones all; U is k = 2: few lengths are beyond it."""
     kinds, seeds = LIES[: repeats(11, len(LIES))], repeats(1, 3)
     named, told = 0, []
     for number, (lie, cause) in enumerate(kinds):
@@ -221,4 +221,5 @@ def test_no_lie_gives_lengths_beyond_u(tmp_path: Path, repeats: Callable[..., in
             errors, sigmas = length_errors(rig, one.true, seed)
             assert np.mean(np.abs(errors) <= 2.0 * sigmas) > 0.8, (cause, seed)
             told.append(f"{cause}: accepted within U")
-    assert named >= 0.8 * len(kinds) * seeds, told
+    least = 0.8 if len(kinds) == len(LIES) else 1.0
+    assert named >= least * len(kinds) * seeds, told
