@@ -149,7 +149,7 @@ def cut(
 ) -> SectionPoints:
     """Return the accepted surface points near a plane, along their paths.
 
-    ``every``: all accepted points, if already computed. MeasuringError: the job has no alignment, or
+    ``every``: all accepted points, if computed before. MeasuringError: the job has no alignment, or
     no point is near the plane.
     """
     if data.T_part_from_world is None:

@@ -1,4 +1,4 @@
-"""Options of the commands for cameras, calibrations, acceptance tests, studies and the station."""
+"""Options of the commands for cameras, calibrations, acceptance tests and studies."""
 
 from pathlib import Path
 
@@ -264,43 +264,6 @@ TABLE = {
         Option("all_seen", False, "Treat LEDs facing away from a camera as visible."),
         Option("seed", 1, "Seed of the poses.", "seed"),
         Option("out", Path("ocmm-out"), "Folder for the figures."),
-    ),
-    "station doctor": (
-        Option("interface", "", "Network adapter of the cameras. Default: that of the service "
-               "(/etc/ocmm/bus.env)."),
-        Option("jobs", None, "Folder of the jobs. Default: the present one."),
-        Option("seconds", 60.0, "How long wake-up jitter is measured, and a bus on a virtual cable "
-               "(10 s at most); 0 leaves both out.", "seconds-of-a-doctor"),
-        Option("as_json", False, "Print JSON instead (docs/doctor.schema.json).", flags="--json"),
-        Option("fix", False, "Mend faults without risk; lists them and asks before. "
-               "Needs root."),
-        Option("yes", False, "With --fix: do not ask."),
-        Option("take_back", False, "Take back all that --fix changed. Needs root.", flags="--undo"),
-    ),
-    "settings show": (
-        argument("key", "", "One setting; default: all."),
-        Option("json", False, "As JSON."),
-    ),
-    "settings set": (
-        argument("key", ..., "Setting, e.g. instrument.rig."),
-        argument("value", ..., "As in the window; empty: the default."),
-    ),
-    "settings": (
-        Option("station", False, "For everybody at this computer; default: as it belongs."),
-    ),
-    "settings confirm": (
-        Option("who", ..., "Name of the person who answers for them.", flags="--by"),
-    ),
-    "support whatsnew": (
-        Option("since", "", "Version used before, e.g. 0.1.0; default: the last one."),
-    ),
-    "support bundle": (
-        argument("file", ..., "Archive to write, .zip."),
-        Option("without", None, "Leave a part out; may be given several times: versions, settings, "
-               "doctor, logs, records, recording."),
-        Option("mask_names", False, "Take names of people out."),
-        Option("list_only", False, "Show what would be inside, and write nothing.", flags="--list"),
-        Option("yes", False, "Write it without asking."),
     ),
     "acceptance plan, acceptance run": (
         argument("procedure", ..., "Id of a shipped procedure, or a TOML file of your own."),

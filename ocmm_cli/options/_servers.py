@@ -1,4 +1,4 @@
-"""Options of the servers for programs and screens, and of a station that measures.
+"""Options of a station: its computer, settings, servers and measuring.
 
 A group of options is one parameter of a command.
 """
@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ocmm_core.options import DEFAULT_OPERATOR, OF_SERVER, Option
+from ocmm_core.options import DEFAULT_OPERATOR, OF_SERVER, Option, argument
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
@@ -28,6 +28,43 @@ _POINTS = (
 """Of both faces that send points as text."""
 
 TABLE = {
+    "station doctor": (
+        Option("interface", "", "Network adapter of the cameras. Default: that of the service "
+               "(/etc/ocmm/bus.env)."),
+        Option("jobs", None, "Folder of the jobs. Default: the present one."),
+        Option("seconds", 60.0, "How long wake-up jitter is measured, and a bus on a virtual cable "
+               "(10 s at most); 0 leaves both out.", "seconds-of-a-doctor"),
+        Option("as_json", False, "Print JSON instead (docs/doctor.schema.json).", flags="--json"),
+        Option("fix", False, "Mend faults without risk; lists them and asks before. "
+               "Needs root."),
+        Option("yes", False, "With --fix: do not ask."),
+        Option("take_back", False, "Take back all that --fix changed. Needs root.", flags="--undo"),
+    ),
+    "settings show": (
+        argument("key", "", "One setting; default: all."),
+        Option("json", False, "As JSON."),
+    ),
+    "settings set": (
+        argument("key", ..., "Setting, e.g. instrument.rig."),
+        argument("value", ..., "As in the window; empty: the default."),
+    ),
+    "settings": (
+        Option("station", False, "For everybody at this computer; default: as it belongs."),
+    ),
+    "settings confirm": (
+        Option("who", ..., "Name of the person who answers for them.", flags="--by"),
+    ),
+    "support whatsnew": (
+        Option("since", "", "Version used before, e.g. 0.1.0; default: the last one."),
+    ),
+    "support bundle": (
+        argument("file", ..., "Archive to write, .zip."),
+        Option("without", None, "Leave a part out; may be given several times: versions, settings, "
+               "doctor, logs, records, recording."),
+        Option("mask_names", False, "Take names of people out."),
+        Option("list_only", False, "Show what would be inside, and write nothing.", flags="--list"),
+        Option("yes", False, "Write it without asking."),
+    ),
     "serve": (
         Option("operator", DEFAULT_OPERATOR, ""),
         Option("out", Path("ocmm-out"), ""),

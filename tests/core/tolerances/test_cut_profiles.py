@@ -1,4 +1,4 @@
-"""Sections: profile of a line cut out of a surface by a plane, and elements through these points."""
+"""Sections: profile of a line cut out by a plane, and elements through these points."""
 
 from __future__ import annotations
 
