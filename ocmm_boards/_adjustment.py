@@ -30,7 +30,7 @@ _HOPELESS_PX = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class BoardFit:
     """An adjustment of views of the board; of probe and bars as well, once they were added."""
 
     minimum: bundle.RobustMinimum
@@ -64,7 +64,7 @@ class Fit:
         )  # fmt: skip
 
 
-def adjust_in_steps(rig: Rig, board: Board, views: BoardViews) -> tuple[list[float], Fit]:
+def adjust_in_steps(rig: Rig, board: Board, views: BoardViews) -> tuple[list[float], BoardFit]:
     """Adjust each camera, then all; return the scatter of each, px, and the whole."""
     cameras, poses, alone = [], [], []
     for index, nominal in enumerate(rig.cameras):
@@ -90,7 +90,7 @@ def sees(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _adjusted(
     board: Board, views: BoardViews, cameras: tuple[CameraModel, ...],
     boards: dict[int, RigidTransform], indices: list[int], expected_px: float = START_SIGMA_PX,
-) -> Fit:  # fmt: skip
+) -> BoardFit:  # fmt: skip
     """Adjust cameras ``indices`` to the views in ``boards``, poses world from board.
 
     CalibrationError if several contradict each other by far; ``expected_px``: scatter of each
@@ -132,7 +132,7 @@ def _adjusted(
             break
         sigma *= ratio
         data = replace(data, weights=weights / sigma)
-    return Fit(minimum, data, prior, sigma, chosen, len(board.corners))
+    return BoardFit(minimum, data, prior, sigma, chosen, len(board.corners))
 
 
 def _prior(board: Board, state: bundle.BundleState) -> bundle.Prior:
@@ -147,7 +147,7 @@ def dof_of(found: bundle.RobustMinimum, prior: bundle.Prior) -> int:
     return max(found.data.excess + prior.rows + prior.gauge - len(prior.free), 1)
 
 
-def _poses(fit: Fit) -> dict[int, RigidTransform]:
+def _poses(fit: BoardFit) -> dict[int, RigidTransform]:
     """Return the board's poses in a camera adjusted alone, for the views that were used."""
     state, active = fit.state, fit.minimum.data.active[0]
     camera = state.cameras[0].T_camera_from_world

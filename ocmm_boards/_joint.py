@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_boards._adjustment import Fit, sees
+from ocmm_boards._adjustment import BoardFit, sees
 from ocmm_boards._board import Board
 from ocmm_core.calibration import bundle
 from ocmm_core.calibration.records import ArtefactUse, Finding
@@ -48,8 +48,8 @@ class RecordedSpots:
 
 
 def with_recorded(
-    rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots, together: float
-) -> Fit:
+    rig: Rig, board: Board, fit: BoardFit, recorded: RecordedSpots, together: float
+) -> BoardFit:
     """Return the adjustment of the board's views, probe and bars together.
 
     ``together``: variance by corners of a picture that err together, over that of independent
@@ -79,7 +79,9 @@ def with_recorded(
     return replace(fit, minimum=found, data=data, prior=prior)
 
 
-def _problem(rig: Rig, fit: Fit, recorded: RecordedSpots, *, free_size: bool) -> RelocationProblem:
+def _problem(
+    rig: Rig, fit: BoardFit, recorded: RecordedSpots, *, free_size: bool
+) -> RelocationProblem:
     """Return probe and bars alone, with the cameras of the board."""
     body = recorded.body
     if free_size:
@@ -91,7 +93,7 @@ def _problem(rig: Rig, fit: Fit, recorded: RecordedSpots, *, free_size: bool) ->
     return build(located, body, recorded.observed, options, alone=False)
 
 
-def judge_recorded(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) -> list[Finding]:
+def judge_recorded(rig: Rig, board: Board, fit: BoardFit, recorded: RecordedSpots) -> list[Finding]:
     """Return the findings on the probe and the bars: what contradicts, and what is too little."""
     found = _contradicting(rig, board, fit, recorded)
     bars, used = recorded.observed.shown_bars, int(fit.minimum.placements_used.sum())
@@ -113,7 +115,7 @@ def _enough(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _prior(
-    board: Board, fit: Fit, of_probe: bundle.Prior, state: bundle.BundleState,
+    board: Board, fit: BoardFit, of_probe: bundle.Prior, state: bundle.BundleState,
     recorded: RecordedSpots, *, free_size: bool,
 ) -> bundle.Prior:  # fmt: skip
     """Return the priors of both bodies and the bars, which share the thermometer."""
@@ -153,7 +155,7 @@ def _inverse(matrix: Float) -> Float:
     return found
 
 
-def _contradicting(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) -> list[Finding]:
+def _contradicting(rig: Rig, board: Board, fit: BoardFit, recorded: RecordedSpots) -> list[Finding]:
     """Return the element that contradicts the others, freed one after the other."""
     data, _ = bundle.restored(fit.minimum.data, fit.data, _RESTORED)
     state = fit.state
@@ -162,7 +164,7 @@ def _contradicting(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) ->
     dof = data.excess + prior.rows + prior.gauge - len(prior.free)
     leds = np.arange(fit.corners, state.columns.leds)
 
-    def trials(history: bundle.BlockHistory) -> Iterator[bundle.Trial]:
+    def trials(history: bundle.BlockHistory) -> Iterator[bundle.FaultTrial]:
         # Corners of a picture err together: what moved between views shows in their scatter.
         first = next(
             max(index, 1)
@@ -173,7 +175,7 @@ def _contradicting(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) ->
         corners = state.columns.of_leds.start + np.arange(3 * fit.corners)
         larger = np.zeros((state.columns.count, 1))
         larger[corners, 0] = board.corners.ravel()
-        yield bundle.Trial(bundle.Culprit.BOARD_SIZE, -1, larger, np.array([_SIZE]), "before")
+        yield bundle.FaultTrial(bundle.Culprit.BOARD_SIZE, -1, larger, np.array([_SIZE]), "before")
 
     verdict = bundle.examine(data, prior, state, dof, trials=trials)
     if verdict is None:
@@ -197,7 +199,7 @@ def _contradicting(rig: Rig, board: Board, fit: Fit, recorded: RecordedSpots) ->
     return [] if finding is None else [finding]
 
 
-def _moment(fit: Fit, block: bundle.Block) -> str:
+def _moment(fit: BoardFit, block: bundle.Block) -> str:
     if block.placements.stop > block.placements.start:
         return f"placement {block.placements.start + 1} of the bar"
     return f"pose {max(block.frames.start - len(fit.views), 0) + 1} of the probe"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_boards._adjustment import Fit, adjust_in_steps, dof_of
+from ocmm_boards._adjustment import BoardFit, adjust_in_steps, dof_of
 from ocmm_boards._board import Board
 from ocmm_boards._corners import LEAST_CORNERS, BoardViews, with_dot_centres
 from ocmm_boards._guards import FewViews, judge_solution
@@ -110,7 +110,7 @@ def calibrate_with_board(
     return BoardCalibration(found, whole.sigma_px, together, corners, len(whole.views))
 
 
-def _near(fit: Fit, state: bundle.BundleState) -> Float:
+def _near(fit: BoardFit, state: bundle.BundleState) -> Float:
     """Return the covariance (k, k) of the common unknowns; CalibrationError if undetermined."""
     near = bundle.common_covariance(fit.minimum.data, fit.prior, state)
     if near is None:
@@ -150,7 +150,7 @@ def _split(views: BoardViews) -> tuple[BoardViews, BoardViews]:
 
 
 def _together(
-    fit: Fit, rig: Rig, state: bundle.BundleState, covariance: Float
+    fit: BoardFit, rig: Rig, state: bundle.BundleState, covariance: Float
 ) -> tuple[float, Float]:
     """Return the variance of lengths by the scatter between frames, over the stated one.
 

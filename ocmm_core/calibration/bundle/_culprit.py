@@ -101,7 +101,7 @@ class CulpritVerdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class FaultTrial:
     """A hypothesis: derivatives of the common unknowns by the fault, and its usual sizes."""
 
     cause: Culprit
@@ -116,7 +116,7 @@ class Trial:
 
 def examine(
     data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True,
-    trials: Callable[[BlockHistory], Iterator[Trial]] | None = None,
+    trials: Callable[[BlockHistory], Iterator[FaultTrial]] | None = None,
 ) -> CulpritVerdict | None:  # fmt: skip
     """Return the verdict; None if the observations cannot determine a fault.
 
@@ -135,7 +135,7 @@ def examine(
     return _with_others(found, dof)
 
 
-_Tests: TypeAlias = Callable[[BlockHistory], Iterator[Trial]]
+_Tests: TypeAlias = Callable[[BlockHistory], Iterator[FaultTrial]]
 _WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS: Culprit.RIG}
 """Faults that contain another one: both together are no pair."""
 
@@ -144,7 +144,7 @@ _WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS:
 class _Round:
     verdict: CulpritVerdict
     tests: _Tests
-    trials: Sequence[Trial]
+    trials: Sequence[FaultTrial]
     ranked: Sequence[Suspect]
 
 
@@ -160,10 +160,8 @@ def _round(history: BlockHistory, dof: int, tried: int, tests: _Tests) -> _Round
         # A change occurs at one frame within its block; frames on its wrong side fit nothing.
         moment = max(sudden, key=lambda one: one.score.score).moment
         assert moment is not None  # noqa: S101 - as just chosen
-        finer = BlockHistory.from_data(
-            history.data, history.prior, history.state, (moment - 1, moment)
-        )
-        history = finer or history
+        at = moment - 1, moment
+        history = BlockHistory.from_data(history.data, history.prior, history.state, at) or history
         trials, suspects = _suspects(history, tests)
         misfit = _misfit(suspects, cost, dof)
     ranked = sorted((_weighed(one, trials, misfit) for one in suspects), key=lambda one: -one.worth)
@@ -241,7 +239,7 @@ def _after(history: BlockHistory, suspect: Suspect) -> BlockHistory | None:
     return BlockHistory.from_data(data, prior, adjust(data, prior, history.state).state)
 
 
-def _suspects(history: BlockHistory, tests: _Tests) -> tuple[list[Trial], list[Suspect]]:
+def _suspects(history: BlockHistory, tests: _Tests) -> tuple[list[FaultTrial], list[Suspect]]:
     trials = list(tests(history))
     found = (_tried(history, trial) for trial in trials)
     return trials, [one for one in found if one is not None]
@@ -301,7 +299,7 @@ def effect_of(history: BlockHistory, suspect: Suspect) -> float:
     return float(np.sqrt(np.mean(concerned**2))) if len(concerned) else 0.0
 
 
-def trials_of(history: BlockHistory, probe: Int | None = None) -> Iterator[Trial]:
+def trials_of(history: BlockHistory, probe: Int | None = None) -> Iterator[FaultTrial]:
     """Yield the faults of bars, cameras and probe; ``probe``: its LEDs, by default all."""
     state, columns = history.state, history.state.columns
     information = history.prior.information.diagonal()
@@ -318,22 +316,22 @@ def trials_of(history: BlockHistory, probe: Int | None = None) -> Iterator[Trial
     larger[leds, 0] = (state.leds[own] - state.leds[own].mean(axis=0)).ravel()
     thermal = history.prior.thermal
     if thermal is not None:
-        yield Trial(Culprit.TEMPERATURE, -1, thermal[:, None], np.array([_KELVIN]), "before")
+        yield FaultTrial(Culprit.TEMPERATURE, -1, thermal[:, None], np.array([_KELVIN]), "before")
     for bar in range(columns.bars):
         place = columns.of_lengths.start + bar
-        yield Trial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
+        yield FaultTrial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
     if information[leds].any():
         for led, places in enumerate(led_places):
-            yield Trial(Culprit.LED, led, unit(places), np.full(3, _LED_MM), "before")
-        yield Trial(Culprit.SIZE, -1, larger, np.array([_SIZE]), "before")
-        yield Trial(Culprit.PROBE, -1, unit(leds), np.full(len(leds), _LED_MM), "before")
+            yield FaultTrial(Culprit.LED, led, unit(places), np.full(3, _LED_MM), "before")
+        yield FaultTrial(Culprit.SIZE, -1, larger, np.array([_SIZE]), "before")
+        yield FaultTrial(Culprit.PROBE, -1, unit(leds), np.full(len(leds), _LED_MM), "before")
     for led, places in enumerate(led_places):
-        yield Trial(Culprit.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
-    yield Trial(Culprit.WARMING, -1, larger, np.array([_SIZE]), "drift")
+        yield FaultTrial(Culprit.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
+    yield FaultTrial(Culprit.WARMING, -1, larger, np.array([_SIZE]), "drift")
     if columns.seats == 1:
         seat = range(columns.of_seats.start, columns.of_seats.stop)
         for when in ("step", "drift"):
-            yield Trial(Culprit.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
+            yield FaultTrial(Culprit.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
     lenses = [
         columns.camera(index).start + place
         for index in range(columns.cameras)
@@ -341,25 +339,25 @@ def trials_of(history: BlockHistory, probe: Int | None = None) -> Iterator[Trial
     ]
     usual = np.array([_FOCAL_MM, _POINT_PX, _POINT_PX])
     if columns.cameras > 1 and information[lenses].all():
-        yield Trial(Culprit.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
+        yield FaultTrial(Culprit.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
     turn, shift = np.full(3, _TURN), np.full(3, _SHIFT_MM)
     for index, camera in enumerate(state.cameras):
         place = columns.camera(index)
         lens = range(place.start + LENS.start, place.stop)
         if information[lens.start]:
             seen = lenses[3 * index : 3 * index + 3]
-            yield Trial(Culprit.LENS, index, unit(seen), usual, "before")
+            yield FaultTrial(Culprit.LENS, index, unit(seen), usual, "before")
         motion = np.zeros((columns.count, N_MOTIONS))
         motion[place] = camera_changes(camera)[:, :N_MOTIONS]
         if information[place.start]:
             both = np.concatenate([turn, shift])
-            yield Trial(Culprit.PLACE, index, motion, both, "before")
+            yield FaultTrial(Culprit.PLACE, index, motion, both, "before")
         for when in ("step", "drift"):
-            yield Trial(Culprit.CAMERA, index, motion[:, :3], turn, when)
-            yield Trial(Culprit.CAMERA, index, motion, np.concatenate([turn, shift]), when)
+            yield FaultTrial(Culprit.CAMERA, index, motion[:, :3], turn, when)
+            yield FaultTrial(Culprit.CAMERA, index, motion, np.concatenate([turn, shift]), when)
 
 
-def _tried(history: BlockHistory, trial: Trial) -> Suspect | None:
+def _tried(history: BlockHistory, trial: FaultTrial) -> Suspect | None:
     """Return the trial at its best moment; None if unobservable."""
     profile, moment, tried = None, None, 1
     if trial.when == "before":
@@ -380,7 +378,7 @@ def _tried(history: BlockHistory, trial: Trial) -> Suspect | None:
     return Suspect(trial.cause, trial.subject, score, trial.columns, profile, moment, tried, 0.0)
 
 
-def _weighed(suspect: Suspect, trials: Sequence[Trial], misfit: float) -> Suspect:
+def _weighed(suspect: Suspect, trials: Sequence[FaultTrial], misfit: float) -> Suspect:
     score = suspect.score
     m = len(score.size)
     sizes = next(one.sizes for one in trials if one.cause is suspect.cause and len(one.sizes) == m)
