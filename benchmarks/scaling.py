@@ -5,11 +5,11 @@
 Spheres on a table, touched in turn, with the rig and probe of the resources: the uncertainty of all
 points, fits, and the diameter of every sphere with U. First 10 features and ever more points, then
 20 points a feature and ever more features, then 25 features and ever more distances of two of them,
-and last the flatness of a face along a path with U. Processor time from nothing, the best of two,
-and after one more point of a job that was evaluated before, the best of five; memory is the peak of
-what was allocated from nothing. Ends with 1 if time or memory from nothing grow faster with the
-points than their number to the power of 1.1, or if one more point of the largest job takes more
-than a fiftieth of it.
+and last the flatness of a face and the diameter of a bore along a path with U. Processor time from
+nothing, the best of two, and after one more point of a job that was evaluated before, the best of
+five; memory is the peak of what was allocated from nothing. Ends with 1 if time or memory from
+nothing grow faster with the points than their number to the power of 1.1, or if one more point of
+the largest job takes more than a fiftieth of it.
 """
 
 from __future__ import annotations
@@ -159,24 +159,35 @@ def poses_of(bench: Bench) -> list[TipSensitivity]:
     return found
 
 
-def of_form(points: int, poses: list[TipSensitivity], bench: Bench) -> float:
-    """Return the processor time, s, of the flatness of a face with U, from nothing."""
+def of_path(points: int, poses: list[TipSensitivity], bench: Bench, *, bore: bool = False) -> float:
+    """Return the processor time, s, of a flatness or of a bore's diameter with U, from nothing."""
     rng = np.random.default_rng(points)
-    share = np.linspace(0.0, 10.0, points, endpoint=False)
-    places = np.stack([120.0 * (share % 1.0), 8.0 * np.floor(share), 0.0 * share], axis=1)
-    places[:, 2] = rng.normal(0.0, 0.002, points)
-    up, radius = np.array([0.0, 0.0, 1.0]), bench.body.tip_radius
+    share, zero = np.linspace(0.0, 10.0, points, endpoint=False), np.zeros(points)
+    radius, size = bench.body.tip_radius, 40.0
+    normals = np.tile([0.0, 0.0, 1.0], (points, 1))
+    places = np.stack([120.0 * (share % 1.0), 8.0 * np.floor(share), zero], axis=1)
+    if bore:
+        turn = 2.0 * np.pi * share
+        normals = np.stack([-np.cos(turn), -np.sin(turn), zero], axis=1)
+        places = np.stack([zero, zero, 4.0 * share], axis=1) - 0.5 * size * normals
+    places += (radius + rng.normal(0.0, 0.002, (points, 1))) * normals
     taken = [
-        replace(_point(n, "F", up, up, radius), tip_world=place + radius * up, approach=PATH)
-        for n, place in enumerate(places)
+        replace(_point(n, "F", place, normal, radius), tip_world=place, approach=PATH)
+        for n, (place, normal) in enumerate(zip(places, normals, strict=True))
     ]
-    face = NominalFeature(name="F", shape=Shape.PLANE, points=3, point=(0.0, 0.0, 0.0), spacing=1.0)
-    flat = Characteristic(
-        name="flat", kind="flatness", features=["F"], nominal=0.0, lower=0.0, upper=0.1
-    )
+    feature = NominalFeature(
+        name="F", shape=Shape.CYLINDER if bore else Shape.PLANE, points=6, point=(0.0, 0.0, 0.0),
+        direction=(0.0, 0.0, 1.0), spacing=1.0, diameter=size if bore else 0.0,
+        side="inner" if bore else "outer",
+    )  # fmt: skip
+    nominal = size if bore else 0.0
+    wanted = Characteristic(
+        name="it", kind="diameter" if bore else "flatness", features=["F"], nominal=nominal,
+        lower=-0.1 if bore else 0.0, upper=0.1,
+    )  # fmt: skip
     plan = Plan(
-        schema="ocmm.plan/1", unit="mm", name="form", part="face", features=[face],
-        characteristics=[flat],
+        schema="ocmm.plan/1", unit="mm", name="path", part="one", features=[feature],
+        characteristics=[wanted],
     )  # fmt: skip
     found = [poses[n % len(poses)] for n in range(points)]
     begun = time.process_time()
@@ -185,7 +196,7 @@ def of_form(points: int, poses: list[TipSensitivity], bench: Bench) -> float:
         cache=EvaluationCache(),
     )  # fmt: skip
     if job.results[0].uncertainty is None:
-        raise SystemExit("The flatness has no uncertainty.")
+        raise SystemExit(f"The path has no uncertainty: {job.results[0].note}")
     return time.process_time() - begun
 
 
@@ -227,13 +238,17 @@ def main() -> int:
     first, last = by_wanted[1][1], by_wanted[-1][1]
     of_time = exponent(first.seconds, last.seconds, DISTANCES[-1] / DISTANCES[0])
     print(f"exponent over characteristics: time {of_time:.2f}")
-    of_form(50, poses, bench)
-    forms = [(n, of_form(n, poses, bench)) for n in (300, 1000, 3000, 10000) if n <= most]
+    of_path(50, poses, bench)
+    forms = [(n, of_path(n, poses, bench)) for n in (300, 1000, 3000, 10000) if n <= most]
     for points, seconds in forms:
         print(f"flatness of {points} points along a path, with U: {seconds:.2f} s")
     of_time = exponent(forms[0][1], forms[-1][1], forms[-1][0] / forms[0][0])
     print(f"exponent over points of a form: {of_time:.2f}")
     good &= of_time <= _LARGEST_EXPONENT
+    for points in (1000, 10000, 100000):
+        if points <= 10 * most:
+            seconds = of_path(points, poses, bench, bore=True)
+            print(f"diameter of {points} points along a path, with U: {seconds:.2f} s")
     share = by_both[-1].more / by_both[-1].seconds
     print(f"one more point of the largest job: {100.0 * share:.1f} % of it")
     good &= share <= _LARGEST_SHARE

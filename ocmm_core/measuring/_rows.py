@@ -127,10 +127,6 @@ class Rows:
         """Return the rows with ``added`` to the derivative by the tip radius."""
         return Rows(self.places, self.by_points, self.by_radius + added)
 
-    def without_radius(self) -> Rows:
-        """Return the rows with zero derivative by the tip radius."""
-        return Rows(self.places, self.by_points, np.zeros(self.shape))
-
     def __len__(self) -> int:
         return int(self.by_radius.shape[0])
 

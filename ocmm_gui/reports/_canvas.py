@@ -246,7 +246,7 @@ def drawing() -> Iterator[None]:
     finally:
         gc.unfreeze()
         if application is not None:
-            for cached in (_face, _has_glyph, _lines_height, _is_of_font):
+            for cached in (_face, _has_glyph, _lines_height):
                 cached.cache_clear()
             # Deleting the last reference does not suffice: PySide keeps one.
             application.shutdown()
@@ -291,9 +291,8 @@ def text_height(text: str, style: Style, width: float) -> float:
     _, metrics = _face(style.size, style.bold)
     text = printable(text)
     lines = text.split("\n")
-    if all(metrics.horizontalAdvance(line) <= width for line in lines) and (
-        text.isascii() or all(_is_of_font(sign, style.bold) for sign in set(text))
-    ):
+    # Other signs may be of another font, whose lines are higher.
+    if text.isascii() and all(metrics.horizontalAdvance(line) <= width for line in lines):
         return _lines_height(style.size, style.bold, len(lines))
     box = QRectF(0.0, 0.0, width, 1e6)
     return metrics.boundingRect(box, _wrapping(metrics, text, width), text).height()
@@ -304,12 +303,6 @@ def _lines_height(size: float, bold: bool, count: int) -> float:
     """Return the height of lines without a break: most texts of tables."""
     box, text = QRectF(0.0, 0.0, 1e6, 1e6), "\n".join("x" * count)
     return _face(size, bold)[1].boundingRect(box, 0, text).height()
-
-
-@lru_cache(maxsize=4096)
-def _is_of_font(sign: str, bold: bool) -> bool:
-    """Return whether a sign is not of another font, whose lines may be higher."""
-    return sign == "\n" or _face(BODY.size, bold)[1].inFontUcs4(ord(sign))
 
 
 def _wrapping(metrics: QFontMetricsF, text: str, width: float) -> int:

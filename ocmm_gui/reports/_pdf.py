@@ -140,11 +140,9 @@ def _sized(reach: Float, view: Orbit) -> tuple[float, Orbit, float]:
     return float(min(WIDTH / wide, height / high)), view, height
 
 
-def _paint_word(
-    painter: QPainter, corner: QPointF, tag: Tag, anchor: QPointF, word: QRectF
-) -> None:
-    """Paint a label whose position is from ``corner`` on."""
-    word, anchor = word.translated(corner), anchor + corner
+def _paint_word(painter: QPainter, corner: QPointF, tag: Tag, at: QPointF, word: QRectF) -> None:
+    """Paint a label of a place ``at``; positions are from ``corner`` on."""
+    word, anchor = word.translated(corner), at + corner
     painter.setPen(QPen(QColor(INK.muted), 1.5))
     if not word.contains(anchor):
         painter.drawLine(anchor, _nearest(word, anchor))

@@ -107,7 +107,7 @@ def test_heights_of_texts_are_those_of_qt() -> None:
         style = Style(float(rng.uniform(18.0, 60.0)), bold=bool(rng.integers(2)))
         width = float(rng.uniform(40.0, 800.0))
         shown, metrics = printable(text), QFontMetricsF(text_font(style.size, bold=style.bold))
-        longest = max(map(metrics.horizontalAdvance, shown.split()), default=0.0)
+        longest = metrics.horizontalAdvance(max(shown.split(), key=len, default=""))
         flag = Qt.TextFlag.TextWrapAnywhere if longest > width else Qt.TextFlag.TextWordWrap
         expected = metrics.boundingRect(QRectF(0.0, 0.0, width, 1e6), int(flag), shown).height()
         assert text_height(text, style, width) == expected, (text, style, width)

@@ -46,8 +46,7 @@ __all__ = [
     "PairResult", "PartOf", "SetReport", "TappedHole", "Touches", "ZoneProof", "actual_features",
     "beyond_first_order", "can_be_oriented", "certificate", "commanding_points", "commanding_rows",
     "commanding_touches", "constructed_features", "construction_fault", "features_of_touches",
-    "fit", "fit_shape",
-    "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",
-    "nominal_geometries", "oriented_feature", "outliers", "probed_features", "shapes_with",
-    "solver_start", "verify_folder",
+    "fit", "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of",
+    "needed_features", "nominal_geometries", "oriented_feature", "outliers", "probed_features",
+    "shapes_with", "solver_start", "verify_folder",
 ]  # fmt: skip

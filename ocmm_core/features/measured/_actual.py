@@ -11,11 +11,8 @@ material.
 
 from __future__ import annotations
 
-import math
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import assert_never
 
 import numpy as np
@@ -50,8 +47,6 @@ _CORNER_MM = 0.001
 SHORTEST_MM = 1.0
 """Closer points give no direction."""
 
-_TOUCHED = attrgetter("number", "tip_world", "direction", "tip_radius", "approach")
-
 
 @dataclass(frozen=True, slots=True)
 class Compensation:
@@ -74,8 +69,7 @@ def compensation(
     geometry = raw.geometry.copy()
     by_raw = np.eye(GEOMETRY_SIZE)
     by_radius = np.zeros(GEOMETRY_SIZE)
-    radius = touches.tip_radius
-    spec = nominal.shape.spec
+    radius, spec = touches.tip_radius, nominal.shape.spec
     if spec.is_curved:
         _check_sides(nominal, touches, sign * np.sum(touches.directions * normals, axis=1))
     match spec.ball:
@@ -168,26 +162,23 @@ class Touches:
     @classmethod
     def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> Touches:
         """Return the touches of one or more points; the radius of different balls is NaN."""
-        numbers, tips, directions, radii, approaches = zip(*map(_TOUCHED, points), strict=True)
+        radii = [point.tip_radius for point in points]
         return cls(
-            numbers,
-            tuple(places),
-            np.array(tips, dtype=np.float64),
-            np.array(directions, dtype=np.float64),
-            float(radii[0]) if max(radii) - min(radii) <= SAME_RADIUS else math.nan,
-            PATH in approaches,
-        )
+            tuple(point.number for point in points), tuple(places),
+            np.array([point.tip_world for point in points], dtype=np.float64),
+            np.array([point.direction for point in points], dtype=np.float64),
+            float(radii[0]) if max(radii) - min(radii) <= SAME_RADIUS else np.nan,
+            any(point.approach == PATH for point in points),
+        )  # fmt: skip
 
     def __add__(self, other: Touches) -> Touches:
         same = abs(self.tip_radius - other.tip_radius) <= SAME_RADIUS
         return Touches(
-            self.numbers + other.numbers,
-            self.places + other.places,
+            self.numbers + other.numbers, self.places + other.places,
             np.concatenate([self.tips, other.tips]),
             np.concatenate([self.directions, other.directions]),
-            self.tip_radius if same else math.nan,
-            self.along_path or other.along_path,
-        )
+            self.tip_radius if same else np.nan, self.along_path or other.along_path,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,9 +211,9 @@ def actual_features(
 
     ``places`` are indices of the points in rows of jacobians; None for 0 to N - 1.
     """
-    own: defaultdict[str, list[tuple[MeasuredPoint, int]]] = defaultdict(list)
+    own: dict[str, list[tuple[MeasuredPoint, int]]] = {}
     for touched in zip(points, places or range(len(points)), strict=True):
-        own[touched[0].feature].append(touched)
+        own.setdefault(touched[0].feature, []).append(touched)
     touches = {name: Touches.of(*zip(*some, strict=True)) for name, some in own.items()}
     return features_of_touches(nominals, touches)
 
@@ -316,15 +307,13 @@ def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Row
 
     ``raw`` has the jacobian by its own points, ``by_all`` (12,) by all centres and tip radius.
     """
-    sign = sign_of(nominal)
+    sign, kept = sign_of(nominal), nominal.shape.spec.ball == "kept"
     by_geometry, normals = distance_derivatives(raw, touches.tips)
-    kept = nominal.shape.spec.ball == "kept"
     if kept:
         # Its fit already includes the ball: a larger one is like points further inside.
         own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
         by_all = by_all.with_radius(-sign * np.einsum("kna,na->k", own, normals))
-    places = np.array(touches.places, dtype=np.int64)
-    alone = DeviationRows.of_own(places, normals, -sign if kept else 0.0)
+    alone = DeviationRows.of_own(touches.places, normals, -sign if kept else 0.0)
     slopes = alone.with_shared(by_geometry, by_all)
 
     change = compensation(nominal, raw, touches, surface_normals(raw, touches.tips), sign)
@@ -339,8 +328,7 @@ def sign_of(nominal: NominalFeature) -> float:
 
 def fit_touches(nominal: NominalFeature, touches: Touches) -> Fit:
     """Return the fit of the ball centres; for shapes that keep the ball, of the surface."""
-    offset = sign_of(nominal) * touches.tip_radius
-    spec = nominal.shape.spec
+    offset, spec = sign_of(nominal) * touches.tip_radius, nominal.shape.spec
     half_length = 0.5 * (nominal.length if spec.has_across else nominal.diameter)
     return fit_shape(
         nominal.shape,
@@ -389,7 +377,7 @@ def checked_touches(nominal: NominalFeature, touches: Touches | None) -> Touches
         if minimum == 1:
             what = f"{nominal.name} has no points."
         raise FitError("feature.too_few_points", what, "Take the missing points.")
-    if math.isnan(touches.tip_radius):
+    if np.isnan(touches.tip_radius):
         raise FitError(
             "feature.mixed_tips",
             f"The points of {nominal.name} were taken with balls of different diameters.",

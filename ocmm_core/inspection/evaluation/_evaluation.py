@@ -13,7 +13,7 @@ from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints, measured_of
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import _job_graph as job_graph
-from ocmm_core.inspection.evaluation._cache import EvaluationCache
+from ocmm_core.inspection.evaluation._cache import EvaluationCache, Grouped
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import REMOVE, notes_on, with_doubt
 from ocmm_core.inspection.plan import Plan
@@ -316,7 +316,9 @@ def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature of a plan, or why unknown; rows of jacobians are points by index."""
-    touched = job_graph.PointsByFeature.group(points, range(len(points)))
+    own = Grouped.from_points(points, points, None)
+    places = Grouped.from_points(points, range(len(points)), None)
+    touched = job_graph.PointsByFeature(own.by_feature, places.by_feature, own.owners)
     return job_graph.FeatureGraph(plan, options, EvaluationCache()).features(touched)
 
 

@@ -11,7 +11,6 @@ slid into place, gives no number.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
@@ -170,31 +169,6 @@ class PointsByFeature:
     owners: Mapping[int, str]
     """Feature of each index."""
 
-    @classmethod
-    def group(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> PointsByFeature:
-        """Return the points by feature; indices must be unique."""
-        owners = {place: point.feature for point, place in zip(points, places, strict=True)}
-        if len(owners) < len(points):
-            raise ValueError("two points have the same number")
-        numbers: defaultdict[str, list[int]] = defaultdict(list)
-        own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
-        for point, place in zip(points, places, strict=True):
-            own[point.feature].append(point)
-            numbers[point.feature].append(place)
-        return cls(
-            {name: tuple(found) for name, found in own.items()},
-            {name: tuple(found) for name, found in numbers.items()},
-            owners,
-        )
-
-    def of_features(self, names: Sequence[str]) -> tuple[list[MeasuredPoint], list[int]]:
-        points: list[MeasuredPoint] = []
-        places: list[int] = []
-        for name in names:
-            points += self.points.get(name, ())
-            places += self.places.get(name, ())
-        return points, places
-
 
 class FeatureGraph:
     """Features, frame and alignment of a job."""
@@ -328,7 +302,7 @@ class FeatureGraph:
     def _compensated(
         self, name: str, touched: PointsByFeature, T_part_from_world: RigidTransform
     ) -> ActualFeature | FitError:
-        points, places = touched.of_features([name])
+        points, places = touched.points.get(name, ()), touched.places.get(name, ())
         nominal = self.facts.by_name[name]
         return compensate_by_plan([nominal], points, T_part_from_world, places)[name]
 

@@ -158,8 +158,9 @@ def straight_line(feature: ActualFeature, *, smallest: bool) -> zones.Evaluation
         by_place = towards @ feature.jacobian[POINT]
         by_turn = towards @ feature.jacobian[DIRECTION]
         own = DeviationRows.of_own(touches.places, np.tile(towards, (len(arms), 1)))
-        followed = Rows.stacked([by_place[None], by_turn[None]]).without_radius()
-        rows = own.with_shared(-np.column_stack([np.ones(len(arms)), along]), followed)
+        followed = Rows.stacked([by_place[None], by_turn[None]])
+        alone = followed.with_radius(-followed.by_radius)
+        rows = own.with_shared(-np.column_stack([np.ones(len(arms)), along]), alone)
         return form_range(arms @ towards, rows, "least squares")
     middle = feature.fit.point
     turn = np.cross(direction, towards)
