@@ -91,6 +91,8 @@ def adapter_of(address: str) -> str:
 
 def _carried_mb_s(adapter: str) -> float:
     """Return the bytes of images that a card carries; NaN if it states no speed."""
+    if not adapter:
+        return math.nan
     import fcntl
 
     name = adapter.encode()
