@@ -1,17 +1,23 @@
 """Processor time to receive an image of a GigE Vision camera and to find its spots.
 
     python -m benchmarks.genicam [--seconds S] [--rate HZ]
+    python -m benchmarks.genicam --faults N
 
 Two software cameras of 1280 x 1024 px (Mono8) in a process of their own send images with four LEDs
 in a private network; another process reads them by Aravis, as a station does: whole images, then
 the part of the sensor that shows the LEDs. It passes or fails nothing.
+
+``--faults``: each fault of the software camera N times; ends with 1 if a wrong frame was accepted,
+frames did not come again within 3 s, or another sentence was reported.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -23,6 +29,7 @@ from ocmm_core.camera import Window
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import AravisCameras, Expected, GenicamSource
 from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig
+from tests.genicam.genicam_faults import AT_START, IN_USE, OF_PACKETS
 from tests.host import private_network
 
 _WIDTH, _HEIGHT = 1280, 1024
@@ -37,7 +44,10 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--rate", type=float, default=50.0)
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--faults", type=int, default=0)
     asked = parser.parse_args()
+    if asked.faults:
+        sys.exit(_play_faults(asked.faults))
     if not asked.inside:
         command = [*private_network(), sys.executable, "-m", "benchmarks.genicam", "--inside"]
         os.execvp(command[0], [*command, *sys.argv[1:]])  # noqa: S606 - this program
@@ -56,6 +66,32 @@ def main() -> None:
     finally:
         os.kill(cameras, signal.SIGKILL)
         os.waitpid(cameras, 0)
+
+
+def _play_faults(repeats: int) -> int:
+    """Play all faults, print a line for each, and return whether one was wrong."""
+    wrong = 0
+    for name in (*OF_PACKETS, *IN_USE, *AT_START):
+        done = subprocess.run(  # noqa: S603 - this program
+            [*private_network(), sys.executable, "-m", "tests.genicam.genicam_scenarios", "3600"],
+            input=f"{repeats} {name}\n", capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        found = json.loads(done.stdout.strip() or '{"wrong": -1}')
+        code = IN_USE.get(name) or AT_START.get(name)
+        if "counts" in found:
+            ends = [seconds if after >= 20 else 99.0 for _, after, seconds in found["counts"]]
+            good = max(ends) < 3.0
+        else:
+            ends = [seconds for _, _, seconds in found.get("told", [])]
+            good = [one[0] for one in found.get("told", [])] == [code] * repeats
+        good = good and found["wrong"] == 0
+        wrong += not good
+        sys.stdout.write(
+            f"{name:24} {code or 'back by itself':22} {found['wrong']} wrong frames, at most "
+            f"{max(ends, default=99.0):.2f} s{'' if good else '  WRONG'}\n"
+        )
+        sys.stdout.flush()
+    return int(wrong > 0)
 
 
 def _read(rate_hz: float, seconds: float, window: Window | None) -> tuple[int, float, float]:

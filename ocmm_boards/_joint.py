@@ -94,7 +94,7 @@ def _problem(
 
 
 def judge_recorded(rig: Rig, board: Board, fit: BoardFit, recorded: RecordedSpots) -> list[Finding]:
-    """Return the findings on the probe and the bars: what contradicts, and what is too little."""
+    """Return the findings on the probe and the bars: contradictions, and too few observations."""
     found = _contradicting(rig, board, fit, recorded)
     bars, used = recorded.observed.shown_bars, int(fit.minimum.placements_used.sum())
     if bars and used < _LEAST_PLACEMENTS:
@@ -180,7 +180,7 @@ def _contradicting(rig: Rig, board: Board, fit: BoardFit, recorded: RecordedSpot
     verdict = bundle.examine(data, prior, state, dof, trials=trials)
     if verdict is None:
         return []
-    # An LED that moved before the probe was shown is where it is: that is no second explanation.
+    # An LED that moved before the probe was shown has its present place: no second explanation.
     bent = {one.subject for one in verdict.named if one.cause is bundle.Culprit.LED}
     named = [
         one

@@ -25,7 +25,7 @@ _BATCH = 64
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """What was recorded next to the pictures of a board."""
+    """Recordings that belong to the pictures of a board."""
 
     body: ProbeBody
     bar: LengthBar | None = None
@@ -39,7 +39,7 @@ class Recordings:
     def spots(self, located: Rig, temperature: Temperature | None) -> RecordedSpots:
         """Return the spots, labelled by the cameras of ``located``.
 
-        AcquisitionError: a file is no recording or damaged. InputError: of other cameras.
+        AcquisitionError: a file is not a recording, or damaged. InputError: of other cameras.
         CalibrationError: nothing usable in it, or no bar with LEDs for its placements.
         """
         shots = list(self.shots)

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from ocmm_genicam._aravis import AravisCameras
     from ocmm_genicam._black import black_path
     from ocmm_genicam._client import unpack
-    from ocmm_genicam._feed import genicam_config, named_cameras, slots_for
+    from ocmm_genicam._feed import expected_cameras, named_cameras, slots_for
     from ocmm_genicam._harvesters import camera_library
-    from ocmm_genicam._link import AdapterLoad, volume_window
+    from ocmm_genicam._link import volume_window
     from ocmm_genicam._process import (
         GenicamConfig, ViewfinderProcess, genicam_command, genicam_description,
     )  # fmt: skip
-    from ocmm_genicam._set_up import Expected, exposure_us, lost_by, sensor_size
+    from ocmm_genicam._set_up import Expected, lost_by, sensor_size, settings_of
     from ocmm_genicam._source import GenicamSource
     from ocmm_genicam._specs import CAMERAS
     from ocmm_genicam._viewfinder import WANTED, Brightness, CameraLook, Viewfinder
@@ -31,8 +31,8 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "CAMERAS", "WANTED", "AdapterLoad", "AravisCameras", "Brightness", "CameraLook", "Expected",
-    "GenicamConfig", "GenicamSource", "Viewfinder", "ViewfinderProcess", "black_path",
-    "camera_library", "exposure_us", "genicam_command", "genicam_config", "genicam_description",
-    "lost_by", "named_cameras", "sensor_size", "slots_for", "unpack", "volume_window",
+    "CAMERAS", "WANTED", "AravisCameras", "Brightness", "CameraLook", "Expected", "GenicamConfig",
+    "GenicamSource", "Viewfinder", "ViewfinderProcess", "black_path", "camera_library",
+    "expected_cameras", "genicam_command", "genicam_description", "lost_by", "named_cameras",
+    "sensor_size", "settings_of", "slots_for", "unpack", "volume_window",
 ]  # fmt: skip

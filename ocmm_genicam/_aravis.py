@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.errors import AcquisitionError
-from ocmm_genicam._client import Image
+from ocmm_genicam._client import Image, is_absent, is_controlled, is_refused
 
 _LIBRARY = "libaravis-0.8.so.0"
 BUFFERS = 24
@@ -104,11 +104,7 @@ def _call(name: str, *arguments: object, to: str) -> Any:
     if error.value is not None:
         message = c.cast(error, c.POINTER(_Error)).contents.message or b""
         _library().g_error_free(error)
-        raise AcquisitionError(
-            "genicam.camera",
-            f"Camera {to}: {message.decode('utf-8', 'replace')}.",
-            "Check cable, power and network of the camera, then open the job again.",
-        )
+        raise is_refused(to, message.decode("utf-8", "replace"))
     return result
 
 
@@ -145,16 +141,9 @@ class AravisCameras:
         if serial not in self._found:
             # Takes a second.
             self.found()
-        found = self._found
-        if serial not in found:
-            others = ", ".join(f"{one} ({model})" for one, (_, model) in found.items())
-            raise AcquisitionError(
-                "genicam.absent",
-                f"Camera {serial} was not found. Cameras found: {others or 'none'}.",
-                "Check its power and cable, that its address is in the network of this computer, "
-                "and that no firewall blocks UDP port 3956.",
-            )
-        identifier, model = found[serial]
+        if serial not in self._found:
+            raise is_absent(serial, {one: model for one, (_, model) in self._found.items()})
+        identifier, model = self._found[serial]
         return AravisCamera(identifier, serial, model, self._patience_us)
 
 
@@ -177,12 +166,7 @@ class AravisCamera:
             )
         if not self._library.arv_gv_device_is_controller(self._device):
             self.close()
-            raise AcquisitionError(
-                "genicam.controlled",
-                f"Camera {serial} is controlled by another program.",
-                "Close that program. After a crash a camera stays reserved for some seconds: wait, "
-                "then open the job again.",
-            )
+            raise is_controlled(serial)
         self._library.arv_camera_gv_set_stream_options(self._camera, _NO_PACKET_SOCKET)
 
     def _feature(self, name: str, feature: str, *value: object) -> Any:

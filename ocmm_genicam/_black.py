@@ -30,6 +30,8 @@ _MOST_HOT, _LIT_SHARE = 0.01, 0.1
 _LIT_PX, _LIT_COUNT = 5, 6
 """More hot pixels than this within so many rows and columns are the image of a light."""
 _MOST_BYTES = 1 << 28
+BLACK_IMAGES = 32
+"""Images that a black image is the mean of."""
 
 
 class _Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -38,7 +40,6 @@ class _Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     pixel_format: str
     exposure_us: float
     gain: float
-    frames: int
     size: tuple[int, int]
     hot: list[tuple[int, int]]
 
@@ -49,8 +50,6 @@ class Mending:
 
     black: NDArray[np.uint16]
     """(h, w); empty if it was taken with another exposure time, gain or pixel format."""
-    frames: int
-    """Images that it is the mean of."""
     hot: Int
     sides: Int
     """`hot`, (n,), and `sides`, (2, n): pixels of the flat image, and their good neighbours."""
@@ -63,8 +62,7 @@ class Mending:
 
 def black_path(folder: Path, serial: str) -> Path:
     """Return the file of a camera's black image in the folder of its rig."""
-    name = "".join(filter(str.isalnum, serial))
-    return folder / ("black-" + name + _SUFFIX)
+    return folder / ("black-" + "".join(filter(str.isalnum, serial)) + _SUFFIX)
 
 
 def write_black(path: Path, camera: Camera, pixels: PixelFormat, images: Float) -> int:
@@ -86,12 +84,9 @@ def write_black(path: Path, camera: Camera, pixels: PixelFormat, images: Float) 
             f"({column}, {row}).",
             "Switch off the LEDs, cover the lens, and take the black image again.",
         )
-    exposure_us, gain = settings_of(camera)
     places = [(int(row), int(column)) for row, column in np.argwhere(hot)]
-    height, width = mean.shape
-    head = _Head(
-        _SCHEMA, camera.serial, pixels.name, exposure_us, gain, len(images), (width, height), places
-    )
+    size = (mean.shape[1], mean.shape[0])
+    head = _Head(_SCHEMA, camera.serial, pixels.name, *settings_of(camera), size, places)
     content = zlib.compress(np.rint(mean).astype("<u2").tobytes())
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -104,10 +99,10 @@ def write_black(path: Path, camera: Camera, pixels: PixelFormat, images: Float) 
     return len(places)
 
 
-def read_mending(path: Path, camera: Camera, set_up: SetUp) -> Mending | None:
-    """Return the dark signal of a camera; None without a file, InputError if it is damaged."""
-    if not path.exists():
-        return None
+def read_mending(path: Path, camera: Camera, set_up: SetUp) -> Mending:
+    """Return the dark signal of a camera, none without a file; InputError if it is damaged."""
+    if not path.is_file():
+        return Mending(NO_BLACK, np.zeros(0, np.int64), np.zeros((2, 0), np.int64))
     window = set_up.window
     try:
         line, _, packed = read_bytes(path).partition(b"\n")
@@ -134,7 +129,7 @@ def read_mending(path: Path, camera: Camera, set_up: SetUp) -> Mending | None:
     places = zip(rows.tolist(), columns.tolist(), strict=True)
     sides = np.array([_sides(hot[part][row], column) for row, column in places], np.int64)
     mending = Mending(
-        black, head.frames, rows * window.width + columns,
+        black, rows * window.width + columns,
         rows * window.width + sides.reshape(-1, 2).T,
     )  # fmt: skip
     if alike:
@@ -145,8 +140,5 @@ def read_mending(path: Path, camera: Camera, set_up: SetUp) -> Mending | None:
 def _sides(hot: NDArray[np.bool_], column: int) -> tuple[int, int]:
     """Return the nearest good pixels on both sides in a row; both the same at its ends."""
     good = np.flatnonzero(~hot)
-    if not len(good):
-        return column, column
     after = int(np.searchsorted(good, column))
-    left, right = good[max(after - 1, 0)], good[min(after, len(good) - 1)]
-    return int(left), int(right)
+    return int(good[max(after - 1, 0)]), int(good[min(after, len(good) - 1)])

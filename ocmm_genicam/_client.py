@@ -6,6 +6,7 @@ bits; ``Packed`` holds the high bits of two pixels in bytes 0 and 2, the low bit
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import SpotOptions, compiled
+from ocmm_core.errors import AcquisitionError
 
 COMPLETE = 0
 """Status of a buffer with all its packets; others carry a stale number and old pixels."""
@@ -45,49 +47,39 @@ class Camera(Protocol):
     @property
     def model(self) -> str:
         """Return maker and model."""
-        ...
 
     def has(self, feature: str) -> bool: ...
     def text(self, feature: str) -> str:
         """Return the value of a feature of any kind; switches are ``true`` or ``false``."""
-        ...
 
     def number(self, feature: str) -> float: ...
     def integer(self, feature: str) -> int: ...
     def set_text(self, feature: str, value: str) -> None:
         """Set a feature of any kind."""
-        ...
 
     def set_number(self, feature: str, value: float) -> None: ...
     def set_integer(self, feature: str, value: int) -> None: ...
     def steps(self, feature: str) -> tuple[int, int]:
         """Return the least value of a whole number that can be set now, and its increment."""
-        ...
 
     def execute(self, feature: str) -> None: ...
     def entries(self, feature: str) -> tuple[str, ...]:
         """Return the values of an enumeration that can be set now."""
-        ...
 
     def address(self) -> str:
         """Return the IPv4 address; empty if unknown."""
-        ...
 
     def tick_frequency(self) -> int:
         """Return the ticks of the time stamps in a second; 0: stamps are those of this computer."""
-        ...
 
     def start(self) -> None:
         """Allocate buffers and start the acquisition."""
-        ...
 
     def next_image(self, timeout_s: float) -> Image | None:
         """Return the next buffer, or None."""
-        ...
 
     def close(self) -> None:
         """Stop and release the camera; idempotent."""
-        ...
 
 
 class Cameras(Protocol):
@@ -95,11 +87,40 @@ class Cameras(Protocol):
 
     def found(self) -> dict[str, str]:
         """Return maker and model of each camera, by serial number."""
-        ...
 
     def open(self, serial: str) -> Camera:
         """Take control of a camera; AcquisitionError if absent or controlled by others."""
-        ...
+
+
+def is_refused(serial: str, text: str) -> AcquisitionError:
+    """Return the error of a camera that refuses a command."""
+    return AcquisitionError(
+        "genicam.camera",
+        f"Camera {serial}: {text}.",
+        "Check cable, power and network of the camera, then open the job again.",
+    )
+
+
+def is_absent(serial: str, found: Mapping[str, str]) -> AcquisitionError:
+    """Return the error of a camera that is not among those ``found``: model by serial number."""
+    others = ", ".join(f"{one} ({model})" for one, model in found.items())
+    return AcquisitionError(
+        "genicam.absent",
+        f"Camera {serial} was not found. Cameras found: {others or 'none'}.",
+        "Check its power and cable, that its address is in the network of this computer, and that "
+        "no firewall blocks UDP port 3956; with a GenTL producer, that its viewer shows the "
+        "camera.",
+    )
+
+
+def is_controlled(serial: str) -> AcquisitionError:
+    """Return the error of a camera that another program uses."""
+    return AcquisitionError(
+        "genicam.controlled",
+        f"Camera {serial} is controlled by another program.",
+        "Close that program. After a crash a camera stays reserved for some seconds: wait, then "
+        "open the job again.",
+    )
 
 
 _SMALLEST_SIGNAL = 1.0 / 64.0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import msgspec
+from dataclasses import replace
+
 import numpy as np
 
 from ocmm_core.acquisition.bus_process import ChildProcess
@@ -24,26 +25,11 @@ UNTIMED, GENTL, REGION = "untimed", "gentl", "region"
 producers, and images of the part of the sensor that shows the volume."""
 
 
-def genicam_config(
-    rig: Rig,
-    serials: tuple[str, ...],
-    ring: FrameRing,
-    name: str,
-    *,
-    untimed: bool = False,
-    gentl: bool = False,
-) -> GenicamConfig:
-    """Return the configuration for cameras in the order of the rig."""
-    return GenicamConfig(
-        name=name,
-        ring_path=str(ring.path),
-        serials=serials,
-        cameras=tuple((one.name, one.width, one.height) for one in rig.cameras),
-        rig_serials=tuple(one.serial for one in rig.cameras),
-        period_ns=round(1e9 / rig.frame_rate_hz),
-        untimed=untimed,
-        n_slots=ring.n_slots,
-        gentl=gentl,
+def expected_cameras(rig: Rig, n_slots: int = USUAL_SLOTS) -> tuple[Expected, ...]:
+    """Return the cameras of a rig, all of each sensor."""
+    period_ns = round(1e9 / rig.frame_rate_hz)
+    return tuple(
+        Expected(one.name, one.width, one.height, period_ns, n_slots=n_slots) for one in rig.cameras
     )
 
 
@@ -63,17 +49,23 @@ def genicam_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> 
         n_leds += load_reference(request.reference).n_leds
     ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
     timing = "exposure times not proven" if untimed else "exposure times proven by PTP"
-    name = f"GenICam {', '.join(serials)} ({timing})"
-    config = genicam_config(rig, serials, ring, name, untimed=untimed, gentl=GENTL in words)
-    if REGION in words:
-        reach_mm = float(np.linalg.norm(probe.leds_probe - probe.tip_probe, axis=1).max())
-        windows = [volume_window(one, rig.volume_world, reach_mm) for one in rig.cameras]
-        config = msgspec.structs.replace(
-            config, windows=tuple((one.left, one.top, one.width, one.height) for one in windows)
-        )
     folder = store_folder(request.calibrations or default_folder(), rig.name)
-    blacks = tuple(str(black_path(folder, one)) for one in serials)
-    config = msgspec.structs.replace(config, blacks=blacks)
+    reach_mm = float(np.linalg.norm(probe.leds_probe - probe.tip_probe, axis=1).max())
+    cameras = [
+        replace(
+            one, black=str(black_path(folder, serial)),
+            window=volume_window(model, rig.volume_world, reach_mm) if REGION in words else None,
+        )
+        for one, serial, model in zip(
+            expected_cameras(rig, ring.n_slots), serials, rig.cameras, strict=True
+        )
+    ]  # fmt: skip
+    config = GenicamConfig(
+        name=f"GenICam {', '.join(serials)} ({timing})", ring_path=str(ring.path),
+        serials=serials, cameras=tuple(cameras),
+        rig_serials=tuple(one.serial for one in rig.cameras), untimed=untimed,
+        gentl=GENTL in words,
+    )  # fmt: skip
     acquisition = ChildProcess(genicam_command(), config.to_json(), ring)
     return Feed(acquisition, ring, genicam_description(config), live=True)
 
@@ -101,11 +93,7 @@ def named_cameras(source: str, rig: Rig) -> tuple[tuple[str, ...], list[Expected
             "Choose them in the settings or by --source; ocmm camera genicam lists them.",
         )
     require_cameras_of(rig, serials)
-    period_ns = round(1e9 / rig.frame_rate_hz)
-    expected = [
-        Expected(camera.name, camera.width, camera.height, period_ns) for camera in rig.cameras
-    ]
-    return serials, expected, GENTL in words
+    return serials, list(expected_cameras(rig)), GENTL in words
 
 
 def require_cameras_of(rig: Rig, serials: tuple[str, ...]) -> None:

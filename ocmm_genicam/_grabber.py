@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.camera import NO_BLACK, SpotFinder
+from ocmm_core.camera import SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.failure import REOPEN, contained
 from ocmm_core.geometry import Float
-from ocmm_genicam._black import read_mending
+from ocmm_genicam._black import BLACK_IMAGES, read_mending
 from ocmm_genicam._client import COMPLETE, Camera, Image, unpack
 from ocmm_genicam._set_up import Expected, SetUp
 from ocmm_genicam._timing import CameraClock, ClockState
@@ -91,11 +91,8 @@ class Grabber:
         self._pixels, self._corner = pixels, np.array([window.left, window.top], np.float64)
         options = pixels.spot_options().at_period(expected.period_ns, window.width)
         lines = min(options.search_lines, -(-window.height // options.search_step))
-        path = expected.black
-        self._mending = read_mending(Path(path), camera, set_up) if path else None
-        frames = self._mending.frames if self._mending else options.black_frames
-        options = replace(options, search_lines=lines, black_frames=frames)
-        self._black = self._mending.black if self._mending else NO_BLACK
+        self._mending = read_mending(Path(expected.black), camera, set_up)
+        options = replace(options, search_lines=lines, black_frames=BLACK_IMAGES)
         self._finder = SpotFinder(window.width, window.height, options, n_slots=expected.n_slots)
         # The first call may compile, which takes longer than a camera may be silent.
         dark = np.zeros(set_up.size, np.uint8)
@@ -183,12 +180,11 @@ class Grabber:
         account.delivered += 1
         account.lost += gap - 1
         counts = unpack(self._pixels, image.data, image.width, image.height)
-        if self._mending is not None:
-            self._mending.mend(counts)
+        self._mending.mend(counts)
         if self._keeps > 0:
             self._keeps -= 1
             self.kept.append((image.time_ns, counts.copy()))
-        block = self._finder.find(counts, self._black)
+        block = self._finder.find(counts, self._mending.black)
         flags = int(FrameFlag.SATURATED) if block.saturated[0] else 0
         # Read with each image: some frames late at most, and the ball rests for many.
         if expected.button_line >= 0 and (self.camera.integer(_LINES) >> expected.button_line & 1):

@@ -1,7 +1,6 @@
 """GenICam cameras by GenTL producers of their makers, with the package Harvesters.
 
-A producer is a library (.cti) of a maker's kit. It reaches cameras that Aravis does not: CoaXPress,
-Camera Link HS, USB3 Vision, and GigE Vision by the driver of the maker.
+They reach CoaXPress, Camera Link HS and USB3 Vision, and GigE Vision by drivers of the makers.
 """
 
 from __future__ import annotations
@@ -10,22 +9,20 @@ import contextlib
 import logging
 import os
 import re
-import signal
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import AcquisitionError
 from ocmm_genicam._aravis import BUFFERS, FRAME_KEPT_US, AravisCameras
-from ocmm_genicam._client import Cameras, Image
+from ocmm_genicam._client import Cameras, Image, is_absent, is_controlled, is_refused
 
 PATH_VARIABLE = "GENICAM_GENTL64_PATH"
 """Folders of the producers, set by the kits of the makers."""
-_INCOMPLETE = 1
+T = TypeVar("T")
 _LEAST_S = 1e-3
 _PLACE = re.compile(r"\s*: \w+ thrown in .*|\s*\(Message from the source: .*")
 
@@ -59,7 +56,6 @@ class GenTLCameras:
             )
         # It logs each refusal with a traceback; they are raised, too.
         logging.getLogger("harvesters").setLevel(logging.CRITICAL)
-        self._producers = ", ".join(file.name for file in files)
         self._core, self._harvester = core, core.Harvester()
         for file in files:
             try:
@@ -92,16 +88,9 @@ class GenTLCameras:
         if not self._found:
             self.found()
         if serial not in self._found:
-            others = ", ".join(f"{one} ({model})" for one, (_, model) in self._found.items())
-            raise AcquisitionError(
-                "genicam.absent",
-                f"Camera {serial} was not found by {self._producers}. Cameras found: "
-                f"{others or 'none'}.",
-                "Check power and cable, and that the viewer of the maker shows the camera; a "
-                "producer stays in the folder of its kit.",
-            )
+            raise is_absent(serial, {one: model for one, (_, model) in self._found.items()})
         device, model = self._found[serial]
-        with _translated(serial), _kept_interrupt():
+        with _translated(serial):
             acquirer = self._harvester.create(device)
         return GenTLCamera(self._core, acquirer, serial, model)
 
@@ -113,75 +102,56 @@ class GenTLCamera:
         self.serial, self.model = serial, model
         self._acquirer, self._nodes = acquirer, acquirer.remote_device.node_map
         self._taken: Any = None
-        self._closed = False
-        self._corner = {"X": 0, "Y": 0}
-        self._n_incomplete = 0
-        counted = type("Counted", (core.Callback,), {"emit": lambda _self, _of: self._count()})
+        self._incomplete: list[None] = []
+        emit = {"emit": lambda _self, _of: self._incomplete.append(None)}
+        counted = type("Counted", (core.Callback,), emit)
         acquirer.add_callback(acquirer.Events.INCOMPLETE_BUFFER, counted())
 
-    def _count(self) -> None:
-        self._n_incomplete += 1
-
-    def _node(self, feature: str) -> Any:
-        node = getattr(self._nodes, feature, None)
-        if node is None:
-            raise AcquisitionError(
-                "genicam.feature",
-                f"Camera {self.serial} has no feature {feature}.",
-                "Update the firmware of the camera, or use another model.",
-            )
-        return node
+    def _ask(self, feature: str, read: Callable[[Any], T]) -> T:
+        """Return what a feature answers; AcquisitionError if it is missing or refuses."""
+        with _translated(self.serial):
+            if (node := getattr(self._nodes, feature, None)) is None:
+                raise AttributeError(f"no feature {feature}")
+            return read(node)
 
     def has(self, feature: str) -> bool:
         from genicam import genapi
 
         node = getattr(self._nodes, feature, None)
-        with _translated(self.serial):
-            return node is not None and bool(genapi.is_available(node))
+        return node is not None and bool(genapi.is_available(node))
 
     def text(self, feature: str) -> str:
-        with _translated(self.serial):
-            return str(self._node(feature).to_string())
+        return self._ask(feature, lambda node: str(node.to_string()))
 
     def number(self, feature: str) -> float:
-        with _translated(self.serial):
-            return float(self._node(feature).value)
+        return self._ask(feature, lambda node: float(node.value))
 
     def integer(self, feature: str) -> int:
-        with _translated(self.serial):
-            return int(self._node(feature).value)
+        return self._ask(feature, lambda node: int(node.value))
 
     def set_text(self, feature: str, value: str) -> None:
-        with _translated(self.serial):
-            self._node(feature).from_string(value)
+        self._ask(feature, lambda node: node.from_string(value))
 
     def set_number(self, feature: str, value: float) -> None:
-        with _translated(self.serial):
-            self._node(feature).value = value
+        self._ask(feature, lambda node: node.set_value(value))
 
     def set_integer(self, feature: str, value: int) -> None:
-        with _translated(self.serial):
-            self._node(feature).value = value
+        self._ask(feature, lambda node: node.set_value(value))
 
     def steps(self, feature: str) -> tuple[int, int]:
-        with _translated(self.serial):
-            node = self._node(feature)
-            return int(node.min), max(int(node.inc), 1)
+        return self._ask(feature, lambda node: (int(node.min), max(int(node.inc), 1)))
 
     def address(self) -> str:
         return ""
 
     def execute(self, feature: str) -> None:
-        with _translated(self.serial):
-            self._node(feature).execute()
+        self._ask(feature, lambda node: node.execute())
 
     def entries(self, feature: str) -> tuple[str, ...]:
         from genicam import genapi
 
-        with _translated(self.serial):
-            return tuple(
-                one.symbolic for one in self._node(feature).entries if genapi.is_available(one)
-            )
+        entries = self._ask(feature, lambda node: node.entries)
+        return tuple(one.symbolic for one in entries if genapi.is_available(one))
 
     def tick_frequency(self) -> int:
         """Return the ticks of the time stamps in a second; 0 if the producer does not know."""
@@ -190,16 +160,12 @@ class GenTLCamera:
     def start(self) -> None:
         """Allocate buffers and start the acquisition."""
         with _translated(self.serial):
-            # Some producers do not tell the place of an image.
-            self._corner = {
-                one: self.integer(f"Offset{one}") if self.has(f"Offset{one}") else 0 for one in "XY"
-            }
             self._acquirer.num_buffers = max(BUFFERS, self._acquirer.min_num_buffers)
             self._acquirer.start()
 
     def next_image(self, timeout_s: float) -> Image | None:
         """Return the next buffer, which replaces the one before, or None."""
-        counted = self._n_incomplete
+        self._incomplete.clear()
         with _translated(self.serial):
             if self._taken is not None:
                 self._taken.parent.queue_buffer(self._taken)
@@ -208,34 +174,23 @@ class GenTLCamera:
             taken = self._acquirer.try_fetch(timeout=max(timeout_s, _LEAST_S), is_raw=True)
             if taken is None:
                 nothing = np.zeros(0, np.uint8)
-                lost = self._n_incomplete > counted
-                return Image(_INCOMPLETE, 0, 0, 0, 0, 0, nothing) if lost else None
+                return Image(1, 0, 0, 0, 0, 0, nothing) if self._incomplete else None
             self._taken = taken
             # What the producer states may be longer than the buffer, or than what was filled.
             data = np.frombuffer(taken.raw_buffer, np.uint8)[: taken.size_filled]
             return Image(
-                0, taken.frame_id, self._time_ns(taken), taken.pixel_format, taken.width,
-                taken.height, data[_fact(taken, "image_offset") or 0 :],
-                *(self._corner[axis] if (found := _fact(taken, f"offset_{axis.lower()}")) is None
-                  else found for axis in "XY"),
+                0, taken.frame_id, _fact(taken, "timestamp_ns") or 0, taken.pixel_format,
+                taken.width, taken.height, data[_fact(taken, "image_offset") or 0 :],
+                _fact(taken, "offset_x") or 0, _fact(taken, "offset_y") or 0,
             )  # fmt: skip
-
-    def _time_ns(self, buffer: Any) -> int:
-        time_ns = _fact(buffer, "timestamp_ns")
-        ticks, per_s = _fact(buffer, "timestamp"), self.tick_frequency()
-        if time_ns is None and ticks is not None and per_s:
-            time_ns = ticks * 1_000_000_000 // per_s
-        return int(time_ns or 0)
 
     def close(self) -> None:
         """Stop and release the camera; idempotent."""
-        if self._closed:
-            return
-        self._closed = True
+        acquirer, self._acquirer, self._taken = self._acquirer, None, None
         # An unplugged camera cannot be stopped.
         with contextlib.suppress(AcquisitionError), _translated(self.serial):
-            self._acquirer.destroy()
-        self._taken = None
+            if acquirer is not None:
+                acquirer.destroy()
 
 
 @contextlib.contextmanager
@@ -246,31 +201,11 @@ def _translated(serial: str) -> Iterator[None]:
     try:
         yield
     except (gentl.ResourceInUseException, gentl.AccessDeniedException) as error:
-        raise AcquisitionError(
-            "genicam.controlled",
-            f"Camera {serial} is controlled by another program.",
-            "Close that program. After a crash a camera stays reserved for some seconds: wait, "
-            "then open the job again.",
-        ) from error
+        raise is_controlled(serial) from error
     except (gentl.GenericException, genapi.GenericException, AttributeError) as error:
         # Without the place in the source of the library.
         text = _PLACE.sub("", " ".join(str(error).split())).rstrip(".")
-        raise AcquisitionError(
-            "genicam.camera",
-            f"Camera {serial}: {text}.",
-            "Check cable, power and network of the camera, then open the job again.",
-        ) from error
-
-
-@contextlib.contextmanager
-def _kept_interrupt() -> Iterator[None]:
-    """Keep the handler of interrupts, which Harvesters replaces in the main thread."""
-    before = signal.getsignal(signal.SIGINT)
-    try:
-        yield
-    finally:
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, before)
+        raise is_refused(serial, text) from error
 
 
 def _fact(module: Any, name: str) -> Any:

@@ -22,7 +22,6 @@ from ocmm_genicam._set_up import SetUp
 _HEADERS, _FRAMING = 36, 38
 """Bytes of a packet: IP, UDP and GVSP inside the MTU; Ethernet outside it."""
 _MOST_SHARE = 0.95
-"""Resends and control need the rest."""
 _MARGIN_PX = 16
 _GRID = 9
 _ROUTES = Path("/proc/net/route")
@@ -50,16 +49,16 @@ def loads_of(
     cameras: Sequence[Camera], set_ups: Sequence[SetUp], period_ns: int
 ) -> tuple[AdapterLoad, ...]:
     """Return the load of the network card of each camera; cameras of one card have the same."""
-    adapters = [adapter_of(one.address()) for one in cameras]
+    rows = [
+        (adapter_of(one.address()), one.serial, each.size)
+        for one, each in zip(cameras, set_ups, strict=True)
+    ]
     return tuple(
         AdapterLoad(
-            name,
-            tuple(one.serial for one, at in zip(cameras, adapters, strict=True) if at == name),
-            sum(one.size for one, at in zip(set_ups, adapters, strict=True) if at == name)
-            * 1e3 / period_ns,
-            _carried_mb_s(name),
+            name, tuple(serial for at, serial, _ in rows if at == name),
+            sum(size for at, _, size in rows if at == name) * 1e3 / period_ns, _carried_mb_s(name),
         )
-        for name in adapters
+        for name, _, _ in rows
     )  # fmt: skip
 
 
@@ -92,6 +91,8 @@ def adapter_of(address: str) -> str:
 
 def _carried_mb_s(adapter: str) -> float:
     """Return the bytes of images that a card carries; NaN if it states no speed."""
+    if not adapter:
+        return math.nan
     import fcntl
 
     name = adapter.encode()

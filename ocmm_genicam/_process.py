@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.bus_process import ProcessConfig, read_first_line, stopped_by_parent
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
-from ocmm_core.camera import USUAL_SLOTS, Window
 from ocmm_core.errors import AcquisitionError, OcmmError
 from ocmm_core.failure import REOPEN, contained, exit_with
 from ocmm_core.processes import end_process, end_with_parent, process_context
@@ -41,25 +40,15 @@ class GenicamConfig(ProcessConfig, frozen=True, kw_only=True, forbid_unknown_fie
     name: str
     ring_path: str
     serials: tuple[str, ...]
-    cameras: tuple[tuple[str, int, int], ...]
-    """Name in the rig, width and height, px, of each camera."""
+    cameras: tuple[Expected, ...]
     rig_serials: tuple[int, ...]
-    period_ns: int
     stretched: bool = False
     """Virtual cameras, whose time waits for this computer."""
     silence_s: float = 1.5
-    button_line: int = -1
-    """Input line of the first camera that the button of the probe is wired to; negative: none."""
     untimed: bool = False
     """Accept cameras without proof of a common clock and common exposures."""
-    n_slots: int = USUAL_SLOTS
-    """Spots of each camera."""
     gentl: bool = False
     """Read by GenTL producers."""
-    windows: tuple[tuple[int, int, int, int], ...] = ()
-    """Left, top, width and height of the part of each sensor that is needed; empty: all of them."""
-    blacks: tuple[str, ...] = ()
-    """Path of the black image of each camera; empty: none."""
 
 
 def genicam_command() -> list[str]:
@@ -71,14 +60,14 @@ def genicam_description(config: GenicamConfig) -> SourceDescription:
     return SourceDescription(
         name=config.name,
         camera_serials=config.rig_serials,
-        frame_period_ns=config.period_ns,
-        cycle_period_ns=config.period_ns,
+        frame_period_ns=config.cameras[0].period_ns,
+        cycle_period_ns=config.cameras[0].period_ns,
         live=True,
         simulated=config.stretched,
         stretched=config.stretched,
         skew_ns=0 if config.untimed else SKEW_BOUND_NS,
         untimed=config.untimed,
-        n_slots=config.n_slots,
+        n_slots=config.cameras[0].n_slots,
     )
 
 
@@ -94,7 +83,7 @@ class ViewfinderProcess:
         context = process_context()
         self._pipe, theirs = context.Pipe()
         self._process: BaseProcess | None = context.Process(
-            target=_serve, args=(theirs, tuple(serials), tuple(expected), gentl),
+            target=_serve, args=(theirs, gentl, tuple(serials), tuple(expected)),
             name="ocmm-viewfinder", daemon=True,
         )  # fmt: skip
         self._process.start()
@@ -160,12 +149,10 @@ class ViewfinderProcess:
         return found[0]
 
 
-def _serve(
-    pipe: Connection, serials: tuple[str, ...], expected: tuple[Expected, ...], gentl: bool
-) -> None:
+def _serve(pipe: Connection, gentl: bool, *asked: Any) -> None:
     end_with_parent()
     try:
-        finder = Viewfinder(camera_library(gentl), serials, expected)
+        finder = Viewfinder(camera_library(gentl), *asked)
     except Exception as error:
         pipe.send(contained(error, "The viewfinder"))
         return
@@ -193,23 +180,10 @@ def _run() -> int:
     ring = FrameRing.attach(config.ring_path)
     try:
         stop = stopped_by_parent()
-        lines = [config.button_line, *[-1] * (len(config.cameras) - 1)]
-        expected = [
-            Expected(
-                *one, config.period_ns, line, config.n_slots, window and Window(*window), black
-            )
-            for one, line, window, black in zip(
-                config.cameras,
-                lines,
-                config.windows or (None,) * len(lines),
-                config.blacks or ("",) * len(lines),
-                strict=True,
-            )
-        ]
         source = GenicamSource(
             genicam_description(config),
             camera_library(config.gentl, _STRETCHED_US if config.stretched else FRAME_KEPT_US),
-            config.serials, expected, config.silence_s, untimed=config.untimed,
+            config.serials, config.cameras, config.silence_s, untimed=config.untimed,
         )  # fmt: skip
         return AcquisitionWorker(source, ring, stop).run_program()
     finally:

@@ -16,7 +16,7 @@ from ocmm_core.geometry import Float
 from ocmm_genicam._client import Camera, Cameras, scaled
 from ocmm_genicam._grabber import BufferAccount, Grabber, Spots
 from ocmm_genicam._link import loads_of, require_carried
-from ocmm_genicam._set_up import Expected, exposure_us, set_up
+from ocmm_genicam._set_up import Expected, set_up, settings_of
 from ocmm_genicam._timing import MOST_SKEW_NS, CameraClock, require_bound, wait_until_bound
 
 _READ_S = 0.1
@@ -215,7 +215,7 @@ def _time_of(spots: Spots) -> int:
 def _require_alike(cameras: Sequence[Camera]) -> None:
     """Refuse cameras whose time stamps may mean different moments; AcquisitionError."""
     models = {camera.model for camera in cameras}
-    exposures = {round(exposure_us(camera), 1) for camera in cameras}
+    exposures = {round(settings_of(camera)[0], 1) for camera in cameras}
     if len(models) > 1 or len(exposures) > 1:
         differ = sorted(models) if len(models) > 1 else [f"{one} us" for one in sorted(exposures)]
         raise AcquisitionError(

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from ocmm_core.camera import SpotFinder
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float
-from ocmm_genicam._black import black_path, write_black
-from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, PixelFormat, scaled, unpack
+from ocmm_genicam._black import BLACK_IMAGES, black_path, write_black
+from ocmm_genicam._client import COMPLETE, Camera, Cameras, Image, scaled, unpack
 from ocmm_genicam._link import loads_of
 from ocmm_genicam._set_up import (
     Expected,
-    SetUp,
     has_decibels,
     set_exposure,
     set_gain,
@@ -43,7 +42,6 @@ _MOST_STEP = 8.0
 _SHARES = (1.0, 0.5, 0.25)
 """Parts of a step that are tried if an exposure time is refused."""
 _FRESH_S, _PICTURE_S = 1.0, 3.0
-_BLACK_IMAGES, _BLACK_S = 32, 5.0
 _LATE_IMAGES = 3
 _SEARCHES = 4
 _SHOWN_PX = 640
@@ -100,8 +98,8 @@ class _View:
 
     def __init__(self, camera: Camera, expected: Expected) -> None:
         self.camera, self.expected = camera, expected
-        self.set_up: SetUp = set_up(camera, expected)
-        self.pixels: PixelFormat = self.set_up.pixels
+        self.set_up = set_up(camera, expected)
+        self.pixels = self.set_up.pixels
         self.load = ""
         self._options = replace(self.pixels.spot_options(), search_lines=expected.height)
         self._brightest, self._sharpest = math.nan, 0.0
@@ -231,9 +229,8 @@ class Viewfinder:
         found = []
         for view in self._views:
             images: list[Float] = []
-            until = time.monotonic() + _BLACK_S
-            while len(images) < _BLACK_IMAGES and (time.monotonic() < until or len(images) < 2):
-                counts = view.fresh(_PICTURE_S) if not images else view.following(_PICTURE_S)
+            while len(images) < BLACK_IMAGES:
+                counts = view.following(_PICTURE_S) if images else view.fresh(_PICTURE_S)
                 if counts is None:
                     raise _no_image(view.camera.serial, _PICTURE_S)
                 images.append(counts.astype(np.float32))

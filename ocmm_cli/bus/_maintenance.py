@@ -257,12 +257,12 @@ def black(*, source: str, rig: Path, calibrations: Path | None) -> None:
     from ocmm_genicam import ViewfinderProcess, named_cameras
 
     design = load_rig(rig)
-    serials, expected, gentl = named_cameras(source, design)
+    named = named_cameras(source, design)
     folder = store_folder(calibrations or default_folder(), design.name)
-    with contextlib.closing(ViewfinderProcess(serials, expected, gentl)) as cameras:
+    with contextlib.closing(ViewfinderProcess(*named)) as cameras:
         found = cameras.black(folder)
     console = make_console()
-    for serial, count in zip(serials, found, strict=True):
+    for serial, count in zip(named[0], found, strict=True):
         console.show(f"Camera {serial}: black image stored, {count} hot pixel(s).")
 
 
@@ -272,7 +272,7 @@ def genicam(*, gentl: bool) -> None:
 
     Each camera is opened, not changed, and released. Ends with 1 if there is none.
     """
-    from ocmm_genicam import camera_library, exposure_us, lost_by, sensor_size
+    from ocmm_genicam import camera_library, lost_by, sensor_size, settings_of
 
     console = make_console()
     cameras = camera_library(gentl)
@@ -286,7 +286,7 @@ def genicam(*, gentl: bool) -> None:
             continue
         try:
             size = "{} x {}".format(*sensor_size(camera))
-            rows.append((serial, model, size, f"{exposure_us(camera):.6g}"))
+            rows.append((serial, model, size, f"{settings_of(camera)[0]:.6g}"))
             notes += [f"{serial}: {tr(lost)}" for lost in lost_by(camera)]
         finally:
             camera.close()

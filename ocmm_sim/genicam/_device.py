@@ -35,8 +35,6 @@ _LEADER, _TRAILER, _PAYLOAD = 1, 2, 3
 _HEADERS = 36
 """Of IP, UDP and GVSP, bytes."""
 _KEPT_FRAMES = 8
-_BEYOND = 1 << 20
-"""Added to the number of a damaged packet."""
 _BURST = 1 << 20
 """Bytes sent before the receiver's queue is checked; a socket buffer holds four of them."""
 
@@ -45,18 +43,12 @@ _BURST = 1 << 20
 class CameraFaults:
     """Faults of a camera; may be changed while it runs."""
 
-    lose: float = 0.0
     swap: float = 0.0
     double: float = 0.0
-    damage: float = 0.0
-    """`lose`, `swap`, `double`, `damage`: probability of each for a packet."""
+    """`swap`, `double`: probability of each for a packet."""
     refuse_resend: bool = False
-    unplugged: bool = False
-    """Nothing is sent or received."""
     clock_step_ns: int = 0
     """Added to the time of each exposure from now on."""
-    late_ns: int = 0
-    """Exposures later than those of the other cameras, by as much."""
     deaf: bool = False
     """Commands are not heard."""
     edit: Callable[[bytes], bytes] | None = None
@@ -131,10 +123,10 @@ class GigeCamera:
         """Send one image, in the format of the registers, exposed at `time_ns`."""
         memory, faults = self.memory, self.faults
         port = memory.u32(HOST_PORT)
-        if faults.unplugged or not port or not self.acquiring.is_set():
+        if not port or not self.acquiring.is_set():
             return
         self._block = self._block % 0xFFFF + 1
-        leader = self._leader(time_ns + faults.clock_step_ns + faults.late_ns)
+        leader = self._leader(time_ns + faults.clock_step_ns)
         sent = _Sent(leader, image, memory.packet_size - _HEADERS)
         self._sent[self._block] = sent
         while len(self._sent) > _KEPT_FRAMES:
@@ -164,11 +156,6 @@ class GigeCamera:
 
     def _send_packet(self, packet: tuple[bytes, memoryview], target: tuple[str, int]) -> None:
         faults, chance = self.faults, self._random.random
-        if faults.lose and chance() < faults.lose:
-            return
-        if faults.damage and chance() < faults.damage:
-            status, block, number = struct.unpack(">HHI", packet[0])
-            packet = (struct.pack(">HHI", status, block, number + _BEYOND), packet[1])
         if faults.edit is not None:
             edited = faults.edit(packet[0] + packet[1])
             if not edited:
@@ -186,7 +173,7 @@ class GigeCamera:
             ready, _, _ = select.select([self._control, self._search], [], [], 0.1)
             for one in ready:
                 content, sender = one.recvfrom(2048)
-                if not (self.faults.unplugged or self.faults.deaf):
+                if not self.faults.deaf:
                     self._answer(content, sender)
             limit_s = self.memory.u32(HEARTBEAT) * 1e-3
             if self._controller is not None and time.monotonic() - self._heard > limit_s:

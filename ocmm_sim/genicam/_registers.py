@@ -94,11 +94,6 @@ class Memory:
         self._bytes = bytearray(SIZE)
         self._fill()
 
-    @property
-    def size(self) -> int:
-        """Return the number of bytes."""
-        return len(self._bytes)
-
     def read(self, address: int, count: int) -> bytes:
         """Return `count` bytes; IndexError outside the memory."""
         if not 0 <= address <= address + count <= SIZE:
@@ -248,35 +243,29 @@ def _xml(config: GigeConfig) -> str:
     )
 
 
-def _register(name: str, address: int, access: str, kind: str, ending: str) -> str:
-    return (
-        f'<{kind} Name="{name}Reg"><Address>{address:#x}</Address><Length>8</Length>'
+def _node(
+    kind: str, name: str, address: int, access: str = "RW", before: str = "", behind: str = ""
+) -> tuple[str, str]:
+    """Return the name of a feature, and its node and register; ``behind`` follows its value."""
+    register, ending = ("FloatReg", "") if kind == "Float" else ("IntReg", "<Sign>Signed</Sign>")
+    return name, (
+        f'<{kind} Name="{name}" NameSpace="Standard">{before}<pValue>{name}Reg</pValue>{behind}'
+        f'</{kind}><{register} Name="{name}Reg"><Address>{address:#x}</Address><Length>8</Length>'
         f"<AccessMode>{access}</AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable>"
-        f"{ending}<Endianess>BigEndian</Endianess></{kind}>"
+        f"{ending}<Endianess>BigEndian</Endianess></{register}>"
     )
-
-
-def _int_register(name: str, address: int, access: str) -> str:
-    return _register(name, address, access, "IntReg", "<Sign>Signed</Sign>")
 
 
 def _integer(
     name: str, address: int, access: str = "RO", *, locked: bool = False, step: int = 0
 ) -> tuple[str, str]:
     lock = "<pIsLocked>TLParamsLocked</pIsLocked>" if locked else ""
-    return name, (
-        f'<Integer Name="{name}" NameSpace="Standard">{lock}<pValue>{name}Reg</pValue>'
-        + (f"<Min>{2 * step if locked else 0}</Min><Inc>{step}</Inc>" if step else "")
-        + "</Integer>"
-        + _int_register(name, address, access)
-    )
+    least = f"<Min>{2 * step if locked else 0}</Min><Inc>{step}</Inc>" if step else ""
+    return _node("Integer", name, address, access, lock, least)
 
 
 def _boolean(name: str, address: int) -> tuple[str, str]:
-    return name, (
-        f'<Boolean Name="{name}" NameSpace="Standard"><pValue>{name}Reg</pValue>'
-        "<OnValue>1</OnValue><OffValue>0</OffValue></Boolean>" + _int_register(name, address, "RW")
-    )
+    return _node("Boolean", name, address, behind="<OnValue>1</OnValue><OffValue>0</OffValue>")
 
 
 def _enumeration(
@@ -286,21 +275,12 @@ def _enumeration(
         f'<EnumEntry Name="{entry}" NameSpace="Standard"><Value>{value}</Value></EnumEntry>'
         for entry, value in entries.items()
     )
-    return name, (
-        f'<Enumeration Name="{name}" NameSpace="Standard">{rows}<pValue>{name}Reg</pValue>'
-        "</Enumeration>" + _int_register(name, address, access)
-    )
+    return _node("Enumeration", name, address, access, rows)
 
 
 def _real(name: str, address: int) -> tuple[str, str]:
-    return name, (
-        f'<Float Name="{name}" NameSpace="Standard"><pValue>{name}Reg</pValue></Float>'
-        + _register(name, address, "RW", "FloatReg", "")
-    )
+    return _node("Float", name, address)
 
 
 def _command(name: str, address: int) -> tuple[str, str]:
-    return name, (
-        f'<Command Name="{name}" NameSpace="Standard"><pValue>{name}Reg</pValue>'
-        "<CommandValue>1</CommandValue></Command>" + _int_register(name, address, "RW")
-    )
+    return _node("Command", name, address, behind="<CommandValue>1</CommandValue>")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -20,7 +21,13 @@ from ocmm_core.camera import Rig
 from ocmm_core.composition import Feed
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_core.geometry import Float
-from ocmm_genicam import genicam_command, genicam_config, genicam_description, slots_for
+from ocmm_genicam import (
+    GenicamConfig,
+    expected_cameras,
+    genicam_command,
+    genicam_description,
+    slots_for,
+)  # fmt: skip
 from ocmm_sim.bus import VirtualWire, paced, run_both, run_inside
 from ocmm_sim.genicam._device import GigeCamera
 from ocmm_sim.genicam._registers import Feature, GigeConfig
@@ -51,10 +58,13 @@ _SILENCE_S = 60.0
 def virtual_genicam_feed(script: RigScript, rig: Rig, name: str, n_leds: int) -> Feed:
     """Return the cameras of a script and their reader, ready to start."""
     ring = FrameRing.create(len(rig.cameras), n_slots=slots_for(n_leds))
-    config = msgspec.structs.replace(
-        genicam_config(rig, tuple(str(one.serial) for one in rig.cameras), ring, name),
-        period_ns=round(1e9 / script.frame_rate_hz), stretched=True, silence_s=_SILENCE_S,
-        button_line=0,
+    at_rate = replace(rig, frame_rate_hz=script.frame_rate_hz)
+    first, *others = expected_cameras(at_rate, ring.n_slots)
+    serials = tuple(one.serial for one in rig.cameras)
+    config = GenicamConfig(
+        name=name, ring_path=str(ring.path), serials=tuple(map(str, serials)),
+        cameras=(replace(first, button_line=0), *others), rig_serials=serials, stretched=True,
+        silence_s=_SILENCE_S,
     )  # fmt: skip
     lines = script.to_json().encode() + b"\n" + str(ring.path).encode() + b"\n" + config.to_json()
     return Feed(VirtualWire(_MODULE, lines, ring), ring, genicam_description(config), live=True)

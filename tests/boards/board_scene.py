@@ -75,7 +75,7 @@ def scene(
 ) -> Scene:  # fmt: skip
     """Return a scene; ``common_px`` moves all corners of a picture, ``bent_mm`` bends the board.
 
-    ``dot``: diameter of dots in place of corners, mm; ``small``: half as many corners;
+    ``dot``: diameter of dots in place of corners, mm; ``small``: half the corners;
     ``distortion``: more by k1, part of the radius in the corner of a picture; ``extra``: terms of
     the true lenses beyond the model, as `Scene.extra`.
     """
@@ -155,12 +155,12 @@ class Truth:
     """As stated."""
     leds: Points3
     length: float
-    """Of the bar, mm."""
+    """Length of the bar, mm."""
     stated: BarDistance
 
 
 def truth(seed: int, *, led_sigma: float = 0.002, bar_sigma: float = 0.0005) -> Truth:
-    """Return a probe and a bar of 300 mm whose errors are drawn from what is stated."""
+    """Return a probe and a bar of 300 mm with errors as large as stated."""
     rng = np.random.default_rng([seed, 1])
     body = load_probe(resource("probes", "standard.toml"))
     sigmas = np.concatenate([np.full(body.leds_probe.size, led_sigma), np.full(3, 0.002)])

@@ -25,7 +25,7 @@ from tests.boards.board_scene import (
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the program is given."""
+    """Input of the program."""
 
     board: Board
     views: BoardViews

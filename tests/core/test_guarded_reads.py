@@ -22,6 +22,7 @@ EXCEPTIONS = {
     "ocmm_core/fieldbus/wire/_interface.py": "/proc",
     "ocmm_core/host/_posix.py": "/proc",
     "ocmm_sim/bus/_named_rig.py": "/proc",
+    "ocmm_genicam/_link.py": "/proc",
     "ocmm_sim/genicam/_device.py": "/proc",
     "ocmm_core/manual/_manual.py": "the manual of this program",
     "ocmm_gui/help/_what_to_do.py": "texts of this program",

@@ -1,8 +1,7 @@
 """Scenarios with software GigE Vision cameras in a private network namespace; run as a program.
 
 ``python -m tests.genicam.genicam_scenarios SECONDS`` reads lines ``REPEATS NAME``, plays each in a
-fork, and prints a line for each: its result as JSON, or nothing if it failed or took longer. A spot
-runs along a circle in the images, so that the place of a spot tells which exposure an image is of.
+fork, and prints a line for each: its result as JSON, or nothing if it failed or took longer.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ import io
 import json
 import multiprocessing
 import os
-import random
 import signal
 import socket
 import struct
@@ -25,258 +23,52 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
-from ocmm_cli.bus import camera_app
 from ocmm_cli.calibrate import take_pictures
 from ocmm_core.acquisition.bus_process import ChildProcess
-from ocmm_core.acquisition.frames import (
-    AcquisitionState,
-    FrameBlock,
-    FrameRing,
-    SourceDescription,
-    read_status,
-)
+from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, read_status
 from ocmm_core.calibration.records import store_folder
-from ocmm_core.camera import USUAL_SLOTS, Window
-from ocmm_core.documents import resource
+from ocmm_core.camera import Window
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import set_link
 from ocmm_genicam import (
     AravisCameras,
     Expected,
     GenicamConfig,
-    GenicamSource,
+    Viewfinder,
     ViewfinderProcess,
     black_path,
     genicam_command,
 )
-from ocmm_sim.genicam import Feature, GigeCamera, GigeConfig, Memory, packed
+from ocmm_sim.genicam import Feature, packed
 from tests.compiled import load_compiled
+from tests.genicam.genicam_faults import FAULTS
+from tests.genicam.genicam_rig import (
+    CONFIG,
+    HOST_PORT,
+    PERIOD_NS,
+    RADIUS,
+    SECOND,
+    SIZE,
+    TURN,
+    Rig,
+    image_of,
+    read_for,
+    small_rig,
+)  # fmt: skip
+from tests.genicam.packet_edits import any_packet, some  # fmt: skip
 
-SIZE, PERIOD_NS, FIRST_NS = 256, 10_000_000, 10**18
-_TURN, _RADIUS = 400, 60.0
-_SILENCE_S = 1.0
-HOST_PORT = 0x0D00
-"""Register of GigE Vision: where the first stream goes."""
 _ALL_PACKETS, _RECEIVE_FORCED = 3, 33
 """ETH_P_ALL and SO_RCVBUFFORCE of Linux."""
 _TUNSETIFF, _IFF_TAP = 0x400454CA, 2
 _ETHTOOL, _SET_SETTINGS = 0x8946, 2
 """Of Linux."""
-_CLEAR_PX = 0.1
-"""The spot moves 0.94 px from one exposure to the next."""
-CONFIG = GigeConfig(
-    serial="101", address="127.0.0.2", width=SIZE, height=SIZE, formats=("Mono12p",),
-    packet_size=1500,
-)  # fmt: skip
-SECOND = replace(CONFIG, serial="102", address="127.0.0.3")
-
-
-def place_at(exposure: int) -> np.ndarray:
-    """Return the place (2,) of the spot, px."""
-    angle = 2.0 * np.pi * (exposure % _TURN) / _TURN
-    return SIZE / 2 + _RADIUS * np.array([np.cos(angle), np.sin(angle)])
-
-
-@cache
-def image_of(exposure: int) -> memoryview:
-    """Return the image of an exposure, Mono12p."""
-    u, v = place_at(exposure)
-    x = np.arange(SIZE)
-    spot = np.outer(np.exp(-0.5 * (x - v) ** 2), np.exp(-0.5 * (x - u) ** 2))
-    return packed((100 + 2800 * spot).astype(np.uint16)).data.cast("B")
-
-
-def part_of(image: memoryview, memory: Memory) -> memoryview:
-    """Return the part of an image of `SIZE` that a camera is set to, Mono12p."""
-    left, top, width, height = (
-        memory.integer(one)
-        for one in (Feature.OFFSET_X, Feature.OFFSET_Y, Feature.WIDTH, Feature.HEIGHT)
-    )
-    if (width, height) == (SIZE, SIZE):
-        return image
-    rows = np.frombuffer(image, np.uint8).reshape(SIZE, SIZE * 3 // 2)[top : top + height]
-    part = rows[:, left * 3 // 2 : (left + width) * 3 // 2]
-    return np.ascontiguousarray(part).data.cast("B")
-
-
-class Rig:
-    """Two cameras that expose together, and the source that reads them."""
-
-    def __init__(self, *configs: GigeConfig) -> None:
-        set_link("lo", up=True)
-        self.cameras = [GigeCamera(one, seed) for seed, one in enumerate(configs)]
-        self.exposure = 0
-        self.wrong = self.right = 0
-        self.serials = tuple(one.serial for one in configs)
-        self._images = [image_of(exposure) for exposure in range(_TURN)]
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._expose)
-        self._thread.start()
-
-    def show(self, *images: memoryview) -> None:
-        """Send the same images from now on."""
-        self._images = list(images) * (_TURN // len(images))
-
-    def source(
-        self,
-        *,
-        untimed: bool = False,
-        n_slots: int = USUAL_SLOTS,
-        window: Window | None = None,
-        blacks: tuple[str, ...] = ("", ""),
-    ) -> GenicamSource:
-        serials = tuple(int(one) for one in self.serials)
-        description = SourceDescription("test", serials, PERIOD_NS, PERIOD_NS, True, True)
-        expected = [
-            Expected(one, SIZE, SIZE, PERIOD_NS, n_slots=n_slots, window=window, black=black)
-            for one, black in zip(self.serials, blacks, strict=False)
-        ]
-        return GenicamSource(
-            description, AravisCameras(), self.serials, expected, _SILENCE_S, untimed=untimed
-        )
-
-    def check(self, frames: FrameBlock, first_ns: int) -> None:
-        """Count frames whose spots are, or are not, at the place of their time."""
-        for time_ns, valid, uv in zip(frames.time_ns, frames.valid, frames.uv, strict=True):
-            place = place_at((int(time_ns) + first_ns - FIRST_NS) // PERIOD_NS)
-            for each, spots in zip(valid, uv, strict=True):
-                found = spots[[bool(int(each) >> slot & 1) for slot in range(8)]]
-                away = np.linalg.norm(found - place, axis=1)
-                self.wrong += int(np.count_nonzero(away > _CLEAR_PX))
-                self.right += int(np.count_nonzero(away <= _CLEAR_PX))
-
-    def close(self) -> None:
-        self._ended.set()
-        self._thread.join()
-        for one in self.cameras:
-            one.close()
-
-    def _expose(self) -> None:
-        due = time.monotonic()
-        while not self._ended.is_set():
-            for camera in self.cameras:
-                image = part_of(self._images[self.exposure % _TURN], camera.memory)
-                camera.send(image, FIRST_NS + self.exposure * PERIOD_NS)
-            self.exposure += 1
-            due = max(due + PERIOD_NS * 1e-9, time.monotonic() - 0.1)
-            time.sleep(max(0.0, due - time.monotonic()))
-
-
-def read_for(rig: Rig, source: GenicamSource, seconds: float) -> int:
-    """Read and check frames; return their number."""
-    count, until = 0, time.monotonic() + seconds
-    while time.monotonic() < until:
-        block = source.read().frames
-        if block is not None:
-            count += len(block)
-            rig.check(block, source.origin_ns or 0)
-    return count
-
-
-def _packets(fault: str, value: object, *, resent: bool = True) -> Callable[[int], Any]:
-    """Return a scenario of packets that do not arrive as sent."""
-
-    def play(repeats: int) -> Any:
-        rig = Rig(CONFIG, SECOND)
-        source = rig.source()
-        try:
-            source.open()
-            clean = read_for(rig, source, 0.5)
-            counts = []
-            for _ in range(repeats):
-                for camera in rig.cameras:
-                    camera.faults.refuse_resend = not resent
-                    setattr(camera.faults, fault, value)
-                during = read_for(rig, source, 0.5)
-                for camera in rig.cameras:
-                    setattr(camera.faults, fault, None if callable(value) else type(value)())
-                began = time.monotonic()
-                after = 0
-                while after < 20 and time.monotonic() - began < 3.0:
-                    after += read_for(rig, source, 0.05)
-                counts.append((during, after, time.monotonic() - began))
-            accounts = [
-                [one.exposures - one.delivered - one.lost, one.lost, one.incomplete]
-                for one in source.accounts.values()
-            ]
-            return {"clean": clean, "counts": counts, "wrong": rig.wrong, "right": rig.right,
-                    "accounts": accounts}  # fmt: skip
-        finally:
-            source.close()
-            rig.close()
-
-    return play
-
-
-def _sentence(
-    deed: Callable[[Rig], None], *configs: GigeConfig, opens: bool = True
-) -> Callable[[int], Any]:
-    """Return a scenario that ends with a sentence: at the opening, or after a deed."""
-
-    def play(repeats: int) -> Any:
-        told = []
-        wrong = 0
-        for _ in range(repeats):
-            rig = Rig(*(configs or (CONFIG, SECOND)))
-            source = rig.source()
-            began = time.monotonic()
-            try:
-                if not opens:
-                    deed(rig)
-                source.open()
-                if opens:
-                    read_for(rig, source, 0.5)
-                    deed(rig)
-                    began = time.monotonic()
-                read_for(rig, source, 6.0)
-                told.append(["", "", 0.0])
-            except OcmmError as error:
-                source.close()
-                told.append([error.code, str(error), time.monotonic() - began])
-            finally:
-                source.close()
-                rig.close()
-            wrong += rig.wrong
-        return {"told": told, "wrong": wrong}
-
-    return play
-
-
-def _first(**changes: object) -> Callable[[Rig], None]:
-    def deed(rig: Rig) -> None:
-        for name, value in changes.items():
-            setattr(rig.cameras[0].faults, name, value)
-
-    return deed
-
-
-def _controlled(repeats: int) -> Any:
-    """Open cameras that another program controls, then again after it has ended."""
-    rig = Rig(CONFIG, SECOND)
-    first, told = rig.source(), []
-    try:
-        first.open()
-        for _ in range(repeats):
-            second = rig.source()
-            try:
-                second.open()
-                told.append(["", "", 0.0])
-            except OcmmError as error:
-                told.append([error.code, str(error), 0.0])
-            finally:
-                second.close()
-        frames = read_for(rig, first, 0.5)
-    finally:
-        first.close()
-        rig.close()
-    return {"told": told, "wrong": rig.wrong, "frames": frames}
 
 
 def _untimed(repeats: int) -> Any:
@@ -293,7 +85,7 @@ def _untimed(repeats: int) -> Any:
         source.open()
         for turn in range(4 * repeats):
             rig.cameras[0].faults.refuse_resend = True
-            rig.cameras[0].faults.lose = 0.005 * (turn % 2)
+            rig.cameras[0].faults.edit = some(0.005 * (turn % 2), any_packet)
             until = time.monotonic() + 1.0
             while time.monotonic() < until:
                 block = source.read().frames
@@ -441,6 +233,37 @@ def _shared_card(_repeats: int) -> Any:
     return {"wrong": 0, "told": told, "loads": loads}
 
 
+def _foreign(_repeats: int) -> Any:
+    """Read a camera of others (viva-genicam), which does not send two of its packets at first.
+
+    Its document of features states a sensor that is larger than its images.
+    """
+    from viva_genicam.testing import FakeGigeCamera
+
+    set_link("lo", up=True)
+    told, images = "", list[tuple[int, ...]]()
+    # It hears broadcasts at every address only.
+    with FakeGigeCamera(
+        width=SIZE, height=SIZE, fps=20, bind_ip="0.0.0.0",  # noqa: S104 - a private network
+        drop_packets=[(5, 2), (7, 1)],
+    ):  # fmt: skip
+        cameras = AravisCameras()
+        found = cameras.found()
+        rig = [Expected("left", SIZE, SIZE, 50_000_000)]
+        try:
+            Viewfinder(cameras, [*found], rig).close()
+        except OcmmError as error:
+            told = f"{error.code}: {error}"
+        with contextlib.closing(cameras.open(next(iter(found)))) as camera:
+            camera.start()
+            until = time.monotonic() + 20.0
+            while len(images) < 12 and time.monotonic() < until:
+                image = camera.next_image(0.5)
+                if image is not None:
+                    images.append((image.number, image.status, image.width, image.height))
+    return {"wrong": 0, "found": list(found.values()), "told": told, "images": images}
+
+
 def _killed(repeats: int) -> Any:
     """Kill the camera process, then start another one until frames arrive again.
 
@@ -470,8 +293,8 @@ def _reading(rig: Rig) -> tuple[ChildProcess, FrameRing]:
         ring = FrameRing.create(2)
         config = GenicamConfig(
             name="test", ring_path=str(ring.path), serials=rig.serials,
-            cameras=tuple((one, SIZE, SIZE) for one in rig.serials),
-            rig_serials=tuple(map(int, rig.serials)), period_ns=PERIOD_NS,
+            cameras=tuple(Expected(one, SIZE, SIZE, PERIOD_NS) for one in rig.serials),
+            rig_serials=tuple(map(int, rig.serials)),
         )  # fmt: skip
         process = ChildProcess(genicam_command(), config.to_json(), ring)
         process.start()
@@ -495,7 +318,8 @@ def _dissected(_repeats: int) -> Any:
     frames: list[bytes] = []
     try:
         source.open()
-        for fault in ("lose", "swap", "double"):
+        rig.cameras[0].faults.edit = some(0.05, any_packet)
+        for fault in ("swap", "double"):
             setattr(rig.cameras[0].faults, fault, 0.05)
             read_for(rig, source, 0.5)
             with contextlib.suppress(BlockingIOError):
@@ -529,24 +353,8 @@ def _both_seen(uv: np.ndarray) -> bool:
 def _exposures_apart(uv: np.ndarray) -> int:
     """Return how many exposures the second camera is ahead, by the places of its spot (2, 8, 2)."""
     seen = np.nanmean(uv, axis=1) - SIZE / 2
-    turns = np.arctan2(seen[:, 1], seen[:, 0]) * _TURN / (2.0 * np.pi)
-    return round(float((turns[1] - turns[0] + _TURN / 2) % _TURN - _TURN / 2))
-
-
-def small_rig(folder: Path) -> Path:
-    """Return the document of a rig of two small cameras with the numbers of `CONFIG`."""
-    text = resource("rigs", "recommended.toml").read_text(encoding="utf-8")
-    for old, new in (
-        ("frame_rate_hz = 8000", "frame_rate_hz = 100"),
-        ("206000", "1"),
-        ("width_px = 2048", f"width_px = {SIZE}"), ("height_px = 2048", f"height_px = {SIZE}"),
-        ("pitch = 0.012", "pitch = 0.096"), ("0_px = 1024.0", f"0_px = {SIZE / 2}"),
-        ("0_px = 1023.5", f"0_px = {SIZE / 2}"),
-    ):  # fmt: skip
-        text = text.replace(old, new)
-    document = folder / "rig.toml"
-    document.write_text(text, encoding="utf-8")
-    return document
+    turns = np.arctan2(seen[:, 1], seen[:, 0]) * TURN / (2.0 * np.pi)
+    return round(float((turns[1] - turns[0] + TURN / 2) % TURN - TURN / 2))
 
 
 def _pictures(repeats: int) -> Any:
@@ -565,7 +373,7 @@ def _pictures(repeats: int) -> Any:
     finally:
         rig.close()
     apart = [float(np.linalg.norm(a - b)) for a, b in zip(places[::2], places[1::2], strict=True)]
-    away = [abs(float(np.linalg.norm(one - SIZE / 2)) - _RADIUS) for one in places]
+    away = [abs(float(np.linalg.norm(one - SIZE / 2)) - RADIUS) for one in places]
     return {"files": [one.name for one in files], "apart": apart, "away": max(away), "wrong": 0}
 
 
@@ -633,8 +441,10 @@ def _set_up(_repeats: int) -> Any:
     rig = Rig(CONFIG, replace(SECOND, ptp=""))
     source = rig.source(untimed=True)
     try:
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            camera_app(["genicam"], standalone_mode=False)
+        printed = subprocess.run(
+            [sys.executable, "-m", "ocmm_cli", "camera", "genicam"], capture_output=True, text=True,
+            check=True,
+        ).stdout  # fmt: skip
         source.open()
         memories = [camera.memory for camera in rig.cameras]
         kept = [
@@ -643,7 +453,7 @@ def _set_up(_repeats: int) -> Any:
     finally:
         source.close()
         rig.close()
-    return {"kept": kept, "printed": printed.getvalue(), "wrong": 0}
+    return {"kept": kept, "printed": printed, "wrong": 0}
 
 
 def _spot_in(path: Path) -> np.ndarray:
@@ -654,200 +464,25 @@ def _spot_in(path: Path) -> np.ndarray:
     return place
 
 
-_Edit = Callable[[bytes], bytes]
-_Which = Callable[[bytes], bool]
-
-
-def _any(_packet: bytes) -> bool:
-    return True
-
-
-def _leader(packet: bytes) -> bool:
-    return packet[4] == 1
-
-
-def _payload(packet: bytes) -> bool:
-    return packet[4] == 3
-
-
-def _edited(which: _Which, edit: _Edit) -> Callable[[Rig], None]:
-    """Return a deed that changes packets of the first camera."""
-
-    def deed(rig: Rig) -> None:
-        rig.cameras[0].faults.edit = lambda one: edit(one) if which(one) else one
-
-    return deed
-
-
-def _some(share: float, which: _Which, edit: _Edit = lambda _one: b"") -> _Edit:
-    """Return an edit of a share of some packets; they are lost if nothing else is said."""
-    draws = random.Random(3)  # noqa: S311 - faults, repeatable
-    return lambda one: edit(one) if which(one) and draws.random() < share else one
-
-
-def _put(place: int, form: str, value: int) -> _Edit:
-    """Return an edit that writes a number into a packet."""
-
-    def edit(packet: bytes) -> bytes:
-        end = place + struct.calcsize(form)
-        return packet[:place] + struct.pack(form, value) + packet[end:]
-
-    return edit
-
-
-def _old_time() -> _Edit:
-    """Return an edit that gives leaders the time of the exposure before."""
-    before: list[bytes] = []
-
-    def edit(packet: bytes) -> bytes:
-        before.append(packet[12:20])
-        return packet[:12] + before[max(len(before) - 2, 0)] + packet[20:]
-
-    return edit
-
-
-def _renumbered(packet: bytes, more: int) -> bytes:
-    (block,) = struct.unpack_from(">H", packet, 2)
-    return packet[:2] + struct.pack(">H", (block + more - 1) % 0xFFFF + 1) + packet[4:]
-
-
-def _from_one() -> _Edit:
-    """Return an edit that numbers images from one again."""
-    first: list[int] = []
-
-    def edit(packet: bytes) -> bytes:
-        first.append(struct.unpack_from(">H", packet, 2)[0])
-        return _renumbered(packet, 1 - first[0])
-
-    return edit
-
-
-def _every_second() -> _Edit:
-    """Return an edit that leaves out every second image, numbered without a gap."""
-    first: list[int] = []
-
-    def edit(packet: bytes) -> bytes:
-        (block,) = struct.unpack_from(">H", packet, 2)
-        first.append(block)
-        since = block - first[0]
-        return b"" if since % 2 else _renumbered(packet, -(since // 2))
-
-    return edit
-
-
-def _both(**changes: object) -> Callable[[Rig], None]:
-    def deed(rig: Rig) -> None:
-        for camera in rig.cameras:
-            for name, value in changes.items():
-                setattr(camera.faults, name, value)
-
-    return deed
-
-
-def _register(place: int, value: int) -> Callable[[Rig], None]:
-    return lambda rig: rig.cameras[0].memory.set_u32(place, value)
-
-
-def _blanked(rig: Rig) -> None:
-    rig.cameras[0].memory.write(0x2_0400, bytes(0x8000))
-
-
-def _exposed(exposure_us: float, *, both: bool = False) -> Callable[[Rig], None]:
-    def deed(rig: Rig) -> None:
-        for camera in rig.cameras[: 2 if both else 1]:
-            camera.memory.write(Feature.EXPOSURE, struct.pack(">d", exposure_us))
-            camera.memory.settle()
-
-    return deed
-
-
-def _nothing(_rig: Rig) -> None:
-    pass
-
-
-def _ptp(**changes: Any) -> Callable[[Rig], None]:
-    def deed(rig: Rig) -> None:
-        rig.cameras[0].reconfigure(**changes)
-
-    return deed
-
-
 SCENARIOS: dict[str, Callable[[int], Any]] = {
-    "lost": _packets("lose", 0.05),
-    "swapped": _packets("swap", 0.3),
-    "doubled": _packets("double", 0.3),
-    "damaged": _packets("damage", 0.05),
-    "resend refused": _packets("lose", 0.005, resent=False),
-    "controlled": _controlled,
-    "unplugged": _sentence(_first(unplugged=True)),
-    "nothing complete": _sentence(_first(lose=0.5, refuse_resend=True)),
-    "clock step": _sentence(_first(clock_step_ns=10**9)),
-    "clock step back": _sentence(_first(clock_step_ns=-(10**9))),
-    "small clock step": _sentence(_first(clock_step_ns=100_000)),
-    "old time": _sentence(_edited(_leader, _old_time())),
-    "wrong format": _sentence(_edited(_leader, _put(20, ">I", 0x0108_0001))),
-    "half as wide": _sentence(_edited(_leader, _put(24, ">I", SIZE // 2))),
-    "higher": _sentence(_edited(_leader, _put(28, ">I", 2 * SIZE))),
-    "another part": _sentence(_edited(_leader, _put(32, ">I", 8))),
-    "no time": _sentence(_edited(_leader, _put(12, ">Q", 0))),
-    "far time": _sentence(_edited(_leader, _put(12, ">Q", 1 << 62))),
-    "same number": _sentence(_edited(_any, _put(2, ">H", 7))),
-    "numbers jump": _sentence(_edited(_any, lambda packet: _renumbered(packet, 500))),
-    "numbers of a restart": _sentence(_edited(_any, _from_one())),
-    "half the rate": _sentence(_edited(_any, _every_second())),
-    "large packets lost": _sentence(_edited(_any, lambda one: one if len(one) < 1000 else b"")),
-    "every leader lost": _sentence(_edited(_leader, lambda _: b"")),
-    "every packet cut": _sentence(_edited(_payload, lambda one: one[:200])),
-    "commands not heard": _sentence(_first(deaf=True)),
-    "control taken": _sentence(lambda rig: rig.cameras[0].release()),
-    "both unplugged": _sentence(_both(unplugged=True)),
-    "ticks of a microsecond": _sentence(_register(0x0940, 1_000_000), opens=False),
-    "no ticks": _sentence(_register(0x0940, 0), opens=False),
-    "no description": _sentence(_register(0x0200, 0), opens=False),
-    "description cut": _sentence(_blanked, opens=False),
-    "long exposure": _sentence(_exposed(50_000.0, both=True), opens=False),
-    "other exposure": _sentence(_exposed(200.0), opens=False),
-    "PTP uncalibrated": _sentence(_nothing, CONFIG, replace(SECOND, ptp="Uncalibrated"),
-                                  opens=False),
-    "PTP far off": _sentence(_nothing, CONFIG, replace(SECOND, ptp_offset_ns=-50_000), opens=False),
-    "other numbers of rows": _sentence(_nothing, CONFIG, replace(SECOND, height=128), opens=False),
-    "leaders lost": _packets("edit", _some(0.1, _leader)),
-    "trailers lost": _packets("edit", _some(0.1, lambda one: one[4] == 2)),
-    "cut packets": _packets("edit", _some(0.02, _payload, lambda one: one[:100])),
-    "headers only": _packets("edit", _some(0.02, _payload, lambda one: one[:8])),
-    "foreign packets": _packets("edit", _some(0.02, _payload, lambda one: _renumbered(one, 9000))),
-    "unknown kinds": _packets("edit", _some(0.02, _payload, lambda one: one[:4] + b"\7" + one[5:])),
-    "PTP lost": _sentence(_ptp(ptp="Uncalibrated")),
-    "PTP offset": _sentence(_ptp(ptp_offset_ns=5_000)),
-    "other master": _sentence(_ptp(grandmaster=7)),
-    "two masters": _sentence(_nothing, replace(CONFIG, ptp="Master"),
-                             replace(SECOND, ptp="Master"), opens=False),
-    "no PTP": _sentence(_nothing, CONFIG, replace(SECOND, ptp=""), opens=False),
-    "late exposures": _sentence(_first(late_ns=2_000_000), opens=False),
+    **FAULTS,
     "pictures": _pictures,
     "untimed": _untimed,
     "dissected": _dissected,
     "killed": _killed,
+    "foreign": _foreign,
     "many spots": _many_spots,
     "hot": _hot,
     "region": _region,
     "shared card": _shared_card,
-    "absent": _sentence(lambda rig: rig.cameras.pop().close(), opens=False),
-    "other size": _sentence(_nothing, CONFIG, replace(SECOND, width=128), opens=False),
-    "gamma stays": _sentence(
-        _nothing, CONFIG, replace(SECOND, keeps_gamma=True), opens=False
-    ),
-    "slow link": _sentence(_nothing, CONFIG, replace(SECOND, link_hz=80.0), opens=False),
     "set up": _set_up,
     "viewfinder": _viewfinder,
-    "colour": _sentence(_nothing, CONFIG, replace(SECOND, formats=("RGB8",)), opens=False),
-    "other model": _sentence(_nothing, CONFIG, replace(SECOND, model="Other"), opens=False),
 }  # fmt: skip
 
 
 def _serve() -> None:
     """Play each requested scenario in a fork: imports and images are most of its work."""
-    for exposure in range(_TURN):
+    for exposure in range(TURN):
         image_of(exposure)
     load_compiled("ocmm_core.camera.", "ocmm_genicam.")
     for line in sys.stdin:

@@ -17,7 +17,7 @@ import pytest
 
 from ocmm_sim.genicam import Feature, GigeConfig, Memory
 from tests.commands import Ocmm
-from tests.genicam.genicam_scenarios import (
+from tests.genicam.genicam_rig import (
     CONFIG,
     PERIOD_NS,
     SECOND,
@@ -30,7 +30,7 @@ from tests.host import HANG_S, not_run
 
 ROOT = Path(__file__).resolve().parents[2]
 _SOURCE = Path(__file__).with_name("software_producer.c")
-_IMAGES = 400
+_IMAGES, _MEMORY = 400, 0x4_0000
 _WIDER, _HALF_FILLED, _OVERFILLED, _BUSY, _NO_TIME = range(1, 6)
 _CAMERAS = "genicam:gentl,101,102"
 
@@ -72,7 +72,7 @@ def _serve(folder: Path, config: GigeConfig) -> None:
     memory.set_integer(Feature.PTP_ENABLE, 1)
     memory.write(Feature.RATE, struct.pack(">d", 1e9 / PERIOD_NS))
     memory.settle()
-    (folder / f"{config.serial}.memory").write_bytes(memory.read(0, memory.size))
+    (folder / f"{config.serial}.memory").write_bytes(memory.read(0, _MEMORY))
     images = b"".join(bytes(image_of(k)) for k in range(_IMAGES))
     (folder / f"{config.serial}.images").write_bytes(images)
 
@@ -121,7 +121,7 @@ def test_pictures_and_faults_of_a_producer_of_others(monkeypatch: pytest.MonkeyP
     assert found.origin is not None
     monkeypatch.setenv("GENICAM_GENTL64_PATH", str(Path(found.origin).parent))
     assert _run(_VIKY) == (
-        "['genicam.controlled', 'genicam.absent', 'genicam.camera', 'genicam.feature'] [400, 400]"
+        "['genicam.controlled', 'genicam.absent', 'genicam.camera', 'genicam.camera'] [400, 400]"
     )
 
 

@@ -29,7 +29,7 @@ _HIDING = _ROOT / "tests" / "core" / "host" / "without_posix.py"
 _LINUX_ROOMS = (
     "ocmm_core/host/", "ocmm_core/fieldbus/wire/", "ocmm_core/acquisition/bus_process/",
     "ocmm_sim/bus/", "ocmm_sim/slave/", "ocmm_bench/",
-    "ocmm_core/doctor/", "ocmm_cli/station/_doctor", "ocmm_trackers/_link",
+    "ocmm_core/doctor/", "ocmm_cli/station/_doctor", "ocmm_trackers/_link", "ocmm_genicam/_link",
 )  # fmt: skip
 _NEEDS_LINUX = (
     ("demo", "--headless", "--source", "ethercat:virtual"),
