@@ -23,12 +23,12 @@ from ocmm_genicam._set_up import SetUp, settings_of
 
 _SCHEMA, _SUFFIX = "ocmm.black/1", ".ocmmblack"
 _HOT_SHARE = 1.0 / 4.0
-"""Of the least signal of a spot: a mean this far above the others is a hot pixel."""
+"""Share of the least signal of a spot; a mean this far above the others is a hot pixel."""
 _RESTLESS = 6.0
 """A pixel that scatters this many times as much as most is a hot pixel."""
 _MOST_HOT, _LIT_SHARE = 0.01, 0.1
 _LIT_PX, _LIT_COUNT = 5, 6
-"""More hot pixels than this within so many rows and columns are the image of a light."""
+"""More hot pixels than this within this number of rows and columns are the image of a light."""
 _MOST_BYTES = 1 << 28
 BLACK_IMAGES = 32
 """Images that a black image is the mean of."""

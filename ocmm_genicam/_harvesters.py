@@ -54,7 +54,7 @@ class GenTLCameras:
                 f"Install the kit of the camera maker, and set {PATH_VARIABLE} to the folder of "
                 "its .cti file.",
             )
-        # It logs each refusal with a traceback; they are raised, too.
+        # It logs each refusal with a traceback, and raises it also.
         logging.getLogger("harvesters").setLevel(logging.CRITICAL)
         self._core, self._harvester = core, core.Harvester()
         for file in files:
@@ -176,7 +176,7 @@ class GenTLCamera:
                 nothing = np.zeros(0, np.uint8)
                 return Image(1, 0, 0, 0, 0, 0, nothing) if self._incomplete else None
             self._taken = taken
-            # What the producer states may be longer than the buffer, or than what was filled.
+            # The length that a producer states can exceed the buffer, or its filled part.
             data = np.frombuffer(taken.raw_buffer, np.uint8)[: taken.size_filled]
             return Image(
                 0, taken.frame_id, _fact(taken, "timestamp_ns") or 0, taken.pixel_format,

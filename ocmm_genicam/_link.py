@@ -32,7 +32,7 @@ _SETTINGS_BYTES, _SPEED_AT, _UNKNOWN = 44, 12, 0xFFFF_FFFF
 
 @dataclass(frozen=True, slots=True)
 class AdapterLoad:
-    """What the cameras of one network card send, and what it carries."""
+    """Load of a network card by its cameras, and its capacity."""
 
     adapter: str
     serials: tuple[str, ...]

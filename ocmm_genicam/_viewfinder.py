@@ -82,7 +82,7 @@ class CameraLook:
     images: int
     incomplete: int
     load: str = ""
-    """Images of all cameras of its network card in MB/s, what the card carries, and its name."""
+    """Images of all cameras of its network card in MB/s, capacity of the card, and its name."""
 
     @property
     def brightness(self) -> Brightness:

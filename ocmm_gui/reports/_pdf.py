@@ -29,7 +29,7 @@ from ocmm_gui.reports._canvas import (
     Style,
     paint_text,
     printable,
-)
+)  # fmt: skip
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
 from ocmm_gui.reports._paper import (
     closing,

@@ -1,4 +1,4 @@
-"""Faults of software GigE Vision cameras, each a scenario, and what must be reported."""
+"""Faults of software GigE Vision cameras, each a scenario with the report it must cause."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _packets(fault: str, value: object, *, resent: bool = True) -> Callable[[int
 def _sentence(
     deed: Callable[[Rig], None], *configs: GigeConfig, opens: bool = True
 ) -> Callable[[int], Any]:
-    """Return a scenario that ends with a sentence: at the opening, or after a deed."""
+    """Return a scenario that ends with a sentence: at the opening, or after an act."""
 
     def play(repeats: int) -> Any:
         told = []
@@ -127,7 +127,7 @@ def _controlled(repeats: int) -> Any:
 
 
 def _edited(which: Which, edit: Edit) -> Callable[[Rig], None]:
-    """Return a deed that changes packets of the first camera."""
+    """Return an act that changes packets of the first camera."""
 
     def deed(rig: Rig) -> None:
         rig.cameras[0].faults.edit = lambda one: edit(one) if which(one) else one
@@ -267,4 +267,4 @@ OF_PACKETS = (
     "lost", "swapped", "doubled", "damaged", "resend refused", "leaders lost", "trailers lost",
     "cut packets", "headers only", "foreign packets", "unknown kinds",
 )  # fmt: skip
-"""Faults that end by themselves."""
+"""Faults that end without help."""

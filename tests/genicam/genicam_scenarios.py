@@ -124,7 +124,7 @@ def _many_spots(_repeats: int) -> Any:
 
 
 def _hot(_repeats: int) -> Any:
-    """Return how far off an LED with a hot pixel is, without and with a black image."""
+    """Return the error of an LED with a hot pixel, without and with a black image."""
     draws = np.random.default_rng(7)
     noise = draws.normal(100.0, 3.0, (4, SIZE, SIZE))
     # They are restless, so that their mean is not their signal.

@@ -1,4 +1,4 @@
-"""Edits of the packets of a software camera: what a network or a faulty camera does to them."""
+"""Edits of the packets of a software camera, as by a network or a faulty camera."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def payload(packet: bytes) -> bool:
 
 
 def some(share: float, which: Which, edit: Edit = lambda _one: b"") -> Edit:
-    """Return an edit of a share of some packets; they are lost if nothing else is said."""
+    """Return an edit of a share of some packets; the default loses them."""
     draws = random.Random(3)  # noqa: S311 - faults, repeatable
     return lambda one: edit(one) if which(one) and draws.random() < share else one
 

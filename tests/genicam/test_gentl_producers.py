@@ -164,7 +164,7 @@ print(json.dumps(told))
 
 
 def test_spots_arrive_through_a_producer_and_its_lies_are_sentences(cameras: Path) -> None:
-    """A spot that moves by 0.94 px from exposure to exposure is where its time says.
+    """A spot that moves by 0.94 px from exposure to exposure is at the place of its time.
 
     A size beyond the buffer is read to the end of the buffer; the other lies give no frame.
     """

@@ -1,4 +1,4 @@
-"""The emulated camera of pylon (proprietary, by Basler) with our picture, where it is installed."""
+"""The emulated camera of pylon (proprietary, by Basler) with our picture, if pylon is installed."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from ocmm_core.tracking import load_probe
 from ocmm_genicam import volume_window
 
 _SHARE = np.array([[0.35], [0.65]])
-"""Of the volume: a small part of it."""
+"""Small part of the volume."""
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
     from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, linearise, residuals
     from ocmm_core.calibration.bundle._culprit import (
-        Culprit, CulpritVerdict, Suspect, FaultTrial, examine, fit, trials_of,
+        Culprit, CulpritVerdict, FaultTrial, Suspect, examine, fit, trials_of,
     )  # fmt: skip
     from ocmm_core.calibration.bundle._culprit_history import Block, BlockHistory, restored
     from ocmm_core.calibration.bundle._culprit_messages import (
@@ -30,35 +30,9 @@ else:
     __getattr__ = lazy_exports(__name__)
 
 __all__ = [
-    "N_CAMERA",
-    "Block",
-    "BlockHistory",
-    "BundleData",
-    "BundleState",
-    "Columns",
-    "Culprit",
-    "CulpritVerdict",
-    "FaultTrial",
-    "Names",
-    "Prior",
-    "RobustMinimum",
-    "Suspect",
-    "accuse",
-    "adjust",
-    "adjust_robustly",
-    "common_covariance",
-    "eliminate",
-    "examine",
-    "explain_points",
-    "fit",
-    "kernel",
-    "linearise",
-    "residuals",
-    "restored",
-    "scale_between",
-    "solvable",
-    "start_bars",
-    "start_poses",
-    "start_shape",
-    "trials_of",
+    "N_CAMERA", "Block", "BlockHistory", "BundleData", "BundleState", "Columns", "Culprit",
+    "CulpritVerdict", "FaultTrial", "Names", "Prior", "RobustMinimum", "Suspect", "accuse",
+    "adjust", "adjust_robustly", "common_covariance", "eliminate", "examine", "explain_points",
+    "fit", "kernel", "linearise", "residuals", "restored", "scale_between", "solvable",
+    "start_bars", "start_poses", "start_shape", "trials_of",
 ]  # fmt: skip
