@@ -206,9 +206,7 @@ def _nearest(word: QRectF, anchor: QPointF) -> QPointF:
     )
 
 
-_ROW = 52.0
-_NAME = 520.0
-_SECTION_HIGH = 800.0
+_ROW, _NAME, _SECTION_HIGH = 52.0, 520.0, 800.0
 _BEYOND = 1.5
 """Deviations beyond this many half tolerances are drawn as an arrow."""
 
@@ -227,8 +225,9 @@ def deviations(canvas: PageCanvas, data: report.ReportData) -> None:
                 views.paint_section, result=item.result, theme=INK, scale=_BOLDER,
                 translate=canvas.speech.word,
             )  # fmt: skip
-            words = f"{canvas.speech.word('Section')}: {item.result.name}"
-            canvas.draw(_SECTION_HIGH, paint, words)
+            canvas.draw(
+                _SECTION_HIGH, paint, f"{canvas.speech.word('Section')}: {item.result.name}"
+            )
 
 
 def _place(item: report.ReportedResult) -> tuple[float, float] | None:
@@ -329,14 +328,10 @@ def page_picture(
     return image
 
 
-def _told_nobody(_page: int, _pages: int) -> None:
-    """Ignore the progress."""
-
-
 def pdf_bytes(
     data: report.ReportData,
     attachments: Mapping[str, bytes],
-    progress: Callable[[int, int], None] = _told_nobody,
+    progress: Callable[[int, int], None] = lambda _page, _pages: None,
 ) -> bytes:
     """Return the report as a PDF file with other files inside.
 
@@ -360,7 +355,7 @@ def pdf_bytes(
 
 
 def pdf_file(
-    data: report.ReportData, progress: Callable[[int, int], None] = _told_nobody
+    data: report.ReportData, progress: Callable[[int, int], None] = lambda _page, _pages: None
 ) -> tuple[str, bytes]:
     """Return name and content of ``<job>_report.pdf``; arguments and errors as `pdf_bytes`."""
     attachments = EXPORTERS["json"].contents((data,), report.polyworks_profile())
