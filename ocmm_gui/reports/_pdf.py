@@ -99,9 +99,8 @@ def picture(canvas: PageCanvas, data: report.ReportData) -> None:
         if part is None:
             paint_scene(painter, shapes, orbit, inside, text_font(13.0), INK.panel)
         else:
-            still = StillScene(
-                tuple(shapes), orbit, inside.size().toSize(), _SHARPER, INK.panel, part
-            )
+            size = inside.size().toSize()
+            still = StillScene(tuple(shapes), orbit, size, _SHARPER, INK.panel, part)
             painter.drawImage(QPointF(), painted_still(still, text_font(13.0)).image)
         painter.restore()
         ink(painter, QPen(QColor(INK.border), 2.0), Qt.BrushStyle.NoBrush)
