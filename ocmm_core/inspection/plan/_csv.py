@@ -18,7 +18,7 @@ import numpy as np
 
 from ocmm_core import tables
 from ocmm_core.errors import InputError
-from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.features.shapes import NominalFeature, Shape, shape_fault
 from ocmm_core.inspection.plan._edit import add_feature, usual_points
 from ocmm_core.inspection.plan._plan import Plan
 from ocmm_core.inspection.plan._requirements import Requirement, source_of, with_requirements
@@ -166,7 +166,9 @@ def _feature(
     ways: dict[str, tuple[float, float, float]] = {}
     for columns, field in _WAYS.items():
         x, y, z = (values[column] for column in columns)
-        if any((x, y, z)):
+        stated = any(column in cells and cells[column].text for column in columns)
+        # Many programs write zeros for the direction that a sphere has not.
+        if any((x, y, z)) or (stated and columns[0] == "i" and shape is not Shape.SPHERE):
             ways[field] = (x, y, z)
             _check_unit_vector(table, row, columns, ways[field])
     feature = NominalFeature(
@@ -181,7 +183,18 @@ def _feature(
     sizes = {name: values[name] for name in _SIZES}
     angles = {field: values[name] for name, field in _ANGLES.items()}
     words = {name: _word(cells.get(name), allowed) for name, allowed in _WORDS.items()}
-    return msgspec.structs.replace(feature, **sizes, **angles, **ways, **words)
+    made = msgspec.structs.replace(feature, **sizes, **angles, **ways, **words)
+    if fault := shape_fault(made):
+        columns_of = {field: column for column, field in _ANGLES.items()}
+        column = columns_of.get(fault[0], fault[0])
+        # Others, such as the direction of a slot, follow later.
+        if column in OPTIONAL:
+            raise InputError(
+                "plan.csv",
+                f"{table.path}, line {row.line}, column '{column}': the value {fault[1]}.",
+                "Correct the cell, or the shape.",
+            )
+    return made
 
 
 def _check_unit_vector(

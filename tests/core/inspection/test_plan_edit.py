@@ -172,7 +172,7 @@ SLOT;Round slot;1;2;3;;;;;;;
 
 def test_a_table_gives_features(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
-    path.write_text(CSV.replace("SLOT;Round slot", "BALL;sphere").replace("3;;;;;;;", "3;;;;6;;;"))
+    path.write_text(CSV.replace("SLOT;Round slot", "BALL;sphere").replace("3;;;;;;;", "3;0;0;0;6;;;"))
     top, bore, ball = feature_table(path).features
     assert (top.point, top.points, top.text) == ((0.0, 0.0, 10.5), 6, "Touch all corners")
     assert (bore.diameter, bore.side, bore.point) == (8.02, "inner", (12.25, -3.5, 10.0))
@@ -221,6 +221,10 @@ def test_a_table_states_paths_sheets_and_edges(tmp_path: Path) -> None:
         ("name;shape;x;y;z;k\nA;Plane;1;2;3;25.4\n", ("line 2", "the length 25.4")),
         ("name;shape;x;y;z\nA;Plane;nan;2;3\n", ("line 2", "column 'x'")),
         ("name;shape;x;y;z\nA;Plane;1e999;2;3\n", ("line 2", "column 'x'")),
+        ("name;shape;x;y;z;diameter\nA;Cylinder;1;2;3;-8\n", ("line 2", "column 'diameter'")),
+        ("name;shape;x;y;z;diameter\nA;Cylinder;1;2;3;\n", ("line 2", "column 'diameter'")),
+        ("name;shape;x;y;z;diameter\nA;Plane;1;2;3;8\n", ("line 2", "column 'diameter'")),
+        ("name;shape;x;y;z;i;j;k\nA;Plane;1;2;3;0;0;0\n", ("line 2", "i, j, k", "length 0")),
         ("name;shape;x;y;z\n", ("no rows",)),
         ("", ("no rows",)),
     ],
