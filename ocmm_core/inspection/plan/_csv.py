@@ -97,9 +97,11 @@ class _Cell:
     text: str
 
     def fault(self, what: str, remedy: str) -> InputError:
+        # Without control characters; the marks tell where it ends.
+        shown = repr(self.text[:60])[1:-1]
         return InputError(
             "plan.csv",
-            f"{self.path}, line {self.line}, column '{self.column}': {self.text[:60]!r} {what}.",
+            f"{self.path}, line {self.line}, column '{self.column}': '{shown}' {what}.",
             remedy,
         )
 
@@ -184,16 +186,13 @@ def _feature(
     angles = {field: values[name] for name, field in _ANGLES.items()}
     words = {name: _word(cells.get(name), allowed) for name, allowed in _WORDS.items()}
     made = msgspec.structs.replace(feature, **sizes, **angles, **ways, **words)
-    if fault := shape_fault(made):
-        columns_of = {field: column for column, field in _ANGLES.items()}
-        column = columns_of.get(fault[0], fault[0])
+    if wrong := shape_fault(made):
+        field, what = wrong
+        column = {field: column for column, field in _ANGLES.items()}.get(field, field)
         # Others, such as the direction of a slot, follow later.
         if column in OPTIONAL:
-            raise InputError(
-                "plan.csv",
-                f"{table.path}, line {row.line}, column '{column}': the value {fault[1]}.",
-                "Correct the cell, or the shape.",
-            )
+            cell = cells.get(column) or _Cell(table.path, row.line, column, "")
+            raise cell.fault(what, "Correct the cell, or the shape.")
     return made
 
 
