@@ -316,7 +316,7 @@ def resource(*parts: str) -> Path:
 @cache
 def sql_statements(folder: str, name: str) -> tuple[str, ...]:
     """Return the statements of a shipped file, without comments and the semicolons at line ends."""
-    lines = resource(folder, f"{name}.sql").read_text("utf-8").splitlines()
+    lines = read_text(resource(folder, f"{name}.sql")).splitlines()
     text = "\n".join(line for line in lines if not line.startswith("--"))
     return tuple(text.removesuffix(";").split(";\n"))
 

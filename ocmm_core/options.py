@@ -169,6 +169,7 @@ VARIABLES = (
     Option("PATH", "", "Folders of the programs ip and unshare of the virtual wire."),
     Option("SUDO_USER USER", "", "User that the doctor checks the rights of."),
     Option("XDG_CONFIG_DIRS XDG_CONFIG_HOME", "", "Folders of the settings of station and user."),
+    Option("GENICAM_GENTL64_PATH", "", "Folders of the GenTL producers of camera makers."),
     Option("TZ", "", "Time zone that the doctor compares with that of the computer."),
 )  # fmt: skip
 """Environment variables that the program reads or sets, and what each is for."""

@@ -11,7 +11,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from ocmm_core.documents import resource
+from ocmm_core.documents import read_text, resource
 from ocmm_core.errors import BusError
 
 _BINS = 24
@@ -221,7 +221,7 @@ def conformance_text(report: ConformanceReport) -> str:
 def conformance_page(report: ConformanceReport) -> str:
     """Return the report as one self-contained HTML page."""
     title = f"Conformance: camera {report.serial}"
-    style = resource("ethercat", "conformance.css").read_text("utf-8")
+    style = read_text(resource("ethercat", "conformance.css"))
     rows = []
     for section, results in groupby(report.results, key=lambda each: each.section):
         rows.append(f"<h2>{escape(section)}</h2><table>{_HEAD}")

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from ocmm_core.documents import resource, write_atomic
+from ocmm_core.documents import read_text, resource, write_atomic
 from ocmm_core.fieldbus import device
 from ocmm_core.fieldbus.device import CameraStatus, ErrorRegister
 from ocmm_sim import slave
@@ -53,7 +53,7 @@ def object_page() -> str:
     configuration = device.configuration_values(device.CameraConfig())
     errors = ((f"{code:#06x}", text) for code, text in device.ERROR_TEXTS.items())
     objects = (_object(*one) for one in device.object_dictionary(serial=0).items())
-    template = resource("ethercat", "camera_objects.md").read_text("utf-8")
+    template = read_text(resource("ethercat", "camera_objects.md"))
     return template.format(
         **values, esi=slave.ESI_FILE[1], managers=managers, clock=clock,
         packet=device.MAILBOX_BYTES - 12, kbit_less_one=slave.SII_BYTES * 8 // 1024 - 1,

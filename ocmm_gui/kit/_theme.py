@@ -17,7 +17,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
-from ocmm_core.documents import resource
+from ocmm_core.documents import read_text, resource
 from ocmm_core.tolerances.decisions import Verdict
 
 CAP_HEIGHT = 0.729
@@ -185,7 +185,7 @@ def make_style_sheet(theme: Theme) -> str:
 
 @cache
 def _style_rules() -> str:
-    return resource("window", "window.qss").read_text("utf-8")
+    return read_text(resource("window", "window.qss"))
 
 
 def apply_theme(window: QWidget, theme: Theme) -> None:

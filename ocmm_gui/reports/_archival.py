@@ -33,7 +33,7 @@ from pypdf.generic import (
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QColorSpace, QPainter, QPdfWriter, QPen
 
-from ocmm_core.documents import resource
+from ocmm_core.documents import read_text, resource
 
 _OFF = -9000
 """Position of the marks, tenths of a millimetre: far off the page."""
@@ -86,7 +86,7 @@ def archival_pdf(
     root, moment = writer.root_object, datetime.fromisoformat(facts.utc)
     moment = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
     creator, stamp = f"OCMM {facts.software}", moment.strftime("D:%Y%m%d%H%M%SZ")
-    xmp = resource("reports", "archival.xmp").read_text("utf-8").format(
+    xmp = read_text(resource("reports", "archival.xmp")).format(
         title=escape(facts.title), language=facts.language, creator=escape(creator),
         utc=moment.strftime("%Y-%m-%dT%H:%M:%SZ"),
     ).encode()  # fmt: skip

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ocmm_core.documents import resource
+from ocmm_core.documents import read_text, resource
 
 
 class DmeDialect(StrEnum):
@@ -31,7 +31,7 @@ class ErrorRow:
 
 
 def _rows(dialect: DmeDialect) -> dict[int, ErrorRow]:
-    table = resource("ippdme", f"errors_{dialect.value}.txt").read_text("utf-8")
+    table = read_text(resource("ippdme", f"errors_{dialect.value}.txt"))
     rows = (line.split(" ", 2) for line in table.splitlines())
     return {int(number): ErrorRow(int(severity), text) for number, severity, text in rows}
 

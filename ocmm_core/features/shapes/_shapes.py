@@ -99,6 +99,11 @@ class Fit:
         return 2.0 * self._size("diameter", RADIUS)
 
     @property
+    def ring_diameter(self) -> float:
+        """Return the diameter of the centre line of a torus, mm."""
+        return 2.0 * self._size("ring diameter", RADIUS)
+
+    @property
     def tube_diameter(self) -> float:
         """Return the diameter of the tube of a torus, mm."""
         return 2.0 * self._size("tube diameter", SECOND)
@@ -112,6 +117,11 @@ class Fit:
     def width(self) -> float:
         """Return the short axis of an ellipse, or the width of slot and rectangle, mm."""
         return 2.0 * self._size("width", SECOND)
+
+    @property
+    def full_angle(self) -> float:
+        """Return the apex angle of a cone, rad."""
+        return 2.0 * self._size("full angle", HALF_ANGLE)
 
     def _size(self, word: str, place: int) -> float:
         words = [size.word for size in self.shape.spec.sizes]

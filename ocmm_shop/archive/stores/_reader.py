@@ -216,8 +216,12 @@ class SqlReader(ABC):
 
     def query(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
         with self._reading():
-            table = self._run(sql, values)
+            table = self._ask(sql, values)
         return self._table(table, kinds) if kinds else _neutral(table)
+
+    def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
+        """Run one statement of a user, who must not end the transaction by a second one."""
+        return self._run(sql, values)
 
     def _table(self, table: Table, kinds: Sequence[Kind]) -> Table:
         table = _neutral(table)
