@@ -36,14 +36,14 @@ def _heads(page: TableImport) -> list[str]:
 
 def test_lines_columns_and_unit_are_shown(page: TableImport, tmp_path: Path) -> None:
     file = tmp_path / "features.csv"
-    rows = "".join(f"B{row};circle;{row},25;-3,5;10;\n" for row in range(40))
+    rows = "".join(f"B{row};plane;{row},25;-3,5;10;\n" for row in range(40))
     file.write_text(f"sep=;\n# drawing\nname;shape;y [inch];x [inch];z [inch];\n{rows}", "utf-16")
     page.open_table(file)
     page.show_preview(preview_features(file, TableOptions()))
     assert _heads(page)[2:7] == ["name", "shape", "y", "x", "z"]
     assert page.table.rowCount() == 16
     assert page.table.cells(1)[1] == "is a comment"
-    assert page.table.cells(15)[:4] == ("43", "", "B39", "circle")
+    assert page.table.cells(15)[:4] == ("43", "", "B39", "plane")
     for part in ("40 rows read", "Unit inch", "Decimal comma", "27 lines"):
         assert part in page.summary.text()
     taken: list[FeatureTable] = []
