@@ -14,10 +14,12 @@ import typer
 from ocmm_cli.calibrate._setup import ProbeChoice
 
 if TYPE_CHECKING:
-    from ocmm_boards import BoardSession
+    from collections.abc import Callable
+
+    from ocmm_boards import Board, BoardViews, Recordings
     from ocmm_cli.calibrate._run import TerminalSite
-    from ocmm_cli.terminal import PlainConsole
     from ocmm_core.calibration.guided import Shot
+    from ocmm_core.calibration.probe_design import Temperature
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,15 +54,14 @@ def calibrate_boards(
     nominal focal lengths and rough places. Without a certificate of the board the scale is not
     traceable: relocate with a certified bar afterwards.
     """
-    from ocmm_boards import detect_corners, load_board, read_corners, run_session
+    from ocmm_boards import detect_corners, load_board, read_corners
     from ocmm_cli.calibrate import open_site
-    from ocmm_cli.terminal import lead, make_console, progress_line, tr
+    from ocmm_cli.terminal import progress_line
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import let_pass
     from ocmm_core.errors import InputError
 
-    console, site = make_console(), open_site(rig, calibrations)
-    now = datetime.now(UTC)
+    site, now = open_site(rig, calibrations), datetime.now(UTC)
     warm = read_temperature(temperature, temperature_u, now)
     known = load_board(board, warm)
     # Nothing but the date: no permissible error limits the uncertainty of a board.
@@ -77,18 +78,8 @@ def calibrate_boards(
     else:
         assert pictures is not None  # noqa: S101 - one of both, checked above
         with progress_line() as tell:
-            views = detect_corners(
-                pictures, patterns, cameras, known,
-                lambda done, of: tell(tr(f"Searched {done:d} of {of:d} pictures"), done / of),
-            )  # fmt: skip
-    for sentence in views.left_out:
-        console.show(sentence)
-    session = run_session(
-        site.design, site.store, known, views, now, who=who, temperature=warm,
-        valid_days=valid_days, force=bool(overrule),
-        kept=lambda path: console.print(f"{lead('Session  ')}{path}"),
-    )  # fmt: skip
-    _conclude(console, site, session, who, now, decision, overrule)
+            views = detect_corners(pictures, patterns, cameras, known, _searched(tell))
+    _calibrate(site, known, views, None, now, warm, who, valid_days, decision, overrule)
 
 
 def calibrate_bundle(
@@ -103,10 +94,10 @@ def calibrate_bundle(
     VIEW-SERIAL.png. Nothing may have moved between pictures and recordings. A certified bar makes
     the scale traceable without new pictures.
     """
-    from ocmm_boards import Recordings, kept_views, load_board, run_session, views_in
+    from ocmm_boards import Recordings, kept_views, load_board, views_in
     from ocmm_cli.calibrate import open_site
     from ocmm_cli.calibrate._steps import body_in_use_of
-    from ocmm_cli.terminal import lead, make_console, print_table_account, progress_line, tr
+    from ocmm_cli.terminal import print_table_account, progress_line
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.guided import load_shots
     from ocmm_core.calibration.records import let_pass, load_bar
@@ -118,8 +109,7 @@ def calibrate_bundle(
             "No recording and no table of shots was given.",
             "Give --sweep, --placements or --shots; a board alone: 'ocmm calibrate boards'.",
         )
-    console, site = make_console(), open_site(rig, calibrations)
-    now = datetime.now(UTC)
+    site, now = open_site(rig, calibrations), datetime.now(UTC)
     warm = read_temperature(temperature, temperature_u, now)
     known, body = load_board(board, warm), body_in_use_of("simulated", choice)
     bar = None if recorded.bar is None else load_bar(recorded.bar)
@@ -132,30 +122,38 @@ def calibrate_bundle(
         shots = table.shots
     if views.is_dir():
         with progress_line() as tell:
-            corners = views_in(
-                views, site.design, known,
-                lambda done, of: tell(tr(f"Searched {done:d} of {of:d} pictures"), done / of),
-            )  # fmt: skip
+            corners = views_in(views, site.design, known, _searched(tell))
     else:
         corners = kept_views(views, site.design, known)
-    for sentence in corners.left_out:
-        console.show(sentence)
-    session = run_session(
-        site.design, site.store, known, corners, now, who=who, temperature=warm,
-        valid_days=valid_days, force=bool(overrule),
-        kept=lambda path: console.print(f"{lead('Session  ')}{path}"),
-        recordings=Recordings(body, bar, recorded.sweep, recorded.placements, shots),
-    )  # fmt: skip
-    _conclude(console, site, session, who, now, decision, overrule)
+    recordings = Recordings(body, bar, recorded.sweep, recorded.placements, shots)
+    _calibrate(site, known, corners, recordings, now, warm, who, valid_days, decision, overrule)
 
 
-def _conclude(
-    console: PlainConsole, site: TerminalSite, session: BoardSession, who: str, now: datetime,
+def _searched(tell: Callable[[str, float], None]) -> Callable[[int, int], None]:
+    """Return what shows the progress of the search for corners."""
+    from ocmm_cli.terminal import tr
+
+    return lambda done, of: tell(tr(f"Searched {done:d} of {of:d} pictures"), done / of)
+
+
+def _calibrate(
+    site: TerminalSite, board: Board, views: BoardViews, recordings: Recordings | None,
+    now: datetime, temperature: Temperature | None, who: str, valid_days: int,
     decision: bool | None, overrule: str,
 ) -> None:  # fmt: skip
-    """Print the result, accept it if decided so, and exit with 1 if not."""
+    """Calibrate, print the result, accept it if decided so, and exit with 1 if not."""
+    from ocmm_boards import run_session
     from ocmm_cli.calibrate import is_yes, print_calibration, print_status
+    from ocmm_cli.terminal import lead, make_console
 
+    console = make_console()
+    for sentence in views.left_out:
+        console.show(sentence)
+    session = run_session(
+        site.design, site.store, board, views, now, who=who, temperature=temperature,
+        valid_days=valid_days, force=bool(overrule),
+        kept=lambda path: console.print(f"{lead('Session  ')}{path}"), recordings=recordings,
+    )  # fmt: skip
     found, outcome = session.found, session.outcome
     print_calibration(console, outcome)
     console.show(

@@ -7,7 +7,6 @@ place in them: they are in the namespace of this program, named like the fields 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -83,11 +82,11 @@ class MachineModel:
             ua.QualifiedName(name, own), instantiate_optional=False,
         )  # fmt: skip
         head = await self._below(machine, "di:Identification")
-        for name_, value in (
+        for field, value in (
             ("Manufacturer", ua.LocalizedText("OCMM")), ("SerialNumber", serial),
             ("ProductInstanceUri", uri),
         ):  # fmt: skip
-            await (await self._below(head, f"di:{name_}")).write_value(value)
+            await (await self._below(head, f"di:{field}")).write_value(value)
         software = self._name("di:SoftwareRevision")
         await head.add_property(_NODE_ID("SoftwareRevision", own), software, build_version())
         mode = await self._below(
@@ -106,7 +105,7 @@ class MachineModel:
         for one in await management.get_children():
             if (await one.read_browse_name()).Name in _NOT_OFFERED:
                 await server.delete_nodes([one], True)
-        self._folders = [await self._below(management, "result:Results")]
+        self._listed = await self._below(management, "result:Results")
         management = await self._below(machine, "gms:ResultManagement")
         equipment = await self._below(machine, "tool:Equipment")
         notices = await self._below(machine, "tool:Notification")
@@ -121,8 +120,7 @@ class MachineModel:
             self._roots[key] = await parent.add_object(
                 _NODE_ID(key, own), self._name(title), made or _NODE_ID(ua.ObjectIds.FolderType)
             )
-        self._folders.append(self._roots["Results"])
-        for one in (*self._roots.values(), self._folders[0]):
+        for one in (*self._roots.values(), self._listed):
             if one is not machine:
                 await self._keep(one, ("0:NodeVersion",))
         await self.show(PublishedFacts())
@@ -135,11 +133,9 @@ class MachineModel:
     def _name(self, text: str) -> ua.QualifiedName:
         space, colon, name = text.partition(":")
         known = self._spaces.get(space) if colon else None
-        return (
-            ua.QualifiedName(text, self._spaces[""])
-            if known is None
-            else ua.QualifiedName(name, known)
-        )
+        if known is None:
+            return ua.QualifiedName(text, self._spaces[""])
+        return ua.QualifiedName(name, known)
 
     async def _below(self, node: Node, *names: str) -> Node:
         found: Node = await node.get_child([self._name(name) for name in names])
@@ -177,13 +173,16 @@ class MachineModel:
             node = await self._below(self._node(kind), f"{kind.partition(':')[0]}:{word}")
             text, state = ua.LocalizedText(word), node.nodeid
             number = await (await node.get_child("0:StateNumber")).read_value()
-        for name, value, type_ in (
-            ("", text, ua.VariantType.LocalizedText), ("0:Id", state, ua.VariantType.NodeId),
-            ("0:Number", number, ua.VariantType.UInt32),
-        ):  # fmt: skip
-            with contextlib.suppress(ua.UaStatusCodeError):  # `Number` is optional
-                node = await current.get_child(name) if name else current
-                await node.write_value(_data(Leaf(value, type_)))
+        await current.write_value(_data(Leaf(text, ua.VariantType.LocalizedText)))
+        leaves = {
+            "Id": Leaf(state, ua.VariantType.NodeId),
+            "Number": Leaf(number, ua.VariantType.UInt32),
+        }
+        # Not every state machine has a number.
+        for one in await current.get_properties():
+            leaf = leaves.get((await one.read_browse_name()).Name)
+            if leaf is not None:
+                await one.write_value(_data(leaf))
 
     async def _add_in(self, parent: Node, name: str, kind: str) -> Node:
         """Add an object by the reference that the specifications require."""
@@ -211,10 +210,10 @@ class MachineModel:
         """Add a result as a variable of the type of the specification, with its parts."""
         value, own = structure_of(result), self._spaces[""]
         node, *_ = await instantiate(
-            self._folders[0], self._node(_RESULT_TYPE), _NODE_ID(path, own),
+            self._listed, self._node(_RESULT_TYPE), _NODE_ID(path, own),
             ua.QualifiedName(result.report.job.name, own), instantiate_optional=False,
         )  # fmt: skip
-        await self._folders[1].add_reference(node, ua.ObjectIds.HasComponent)
+        await self._roots["Results"].add_reference(node, ua.ObjectIds.HasComponent)
         meta = await self._below(node, "result:ResultMetaData")
         number = await self._below(meta, "result:ResultId")
         content = ua.Variant(value.ResultContent, ua.VariantType.Variant)
